@@ -8,13 +8,12 @@
 #include "tools/batch/batch_command.h"
 #include "tools/build_description/build_description.h"
 #include "tools/cli/command_line.h"
+#include "tools/cli/exit_code.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/standard_streams.h"
 #include "tools/cli/threads_flag.h"
 #include "tools/cli/version.h"
 #include "tools/devices/devices_command.h"
-#include "tools/evaluate/evaluate_command.h"
-#include "tools/infer/infer_command.h"
 #include "tools/masks/masks_command.h"
 #include "tools/merge/merge_command.h"
 #include "tools/model/model_command.h"
@@ -39,7 +38,6 @@ int RunCommandLine(int argc, char** argv) {
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
       kVersion, BuildDescription());
   line.Add(MakeSegmentCommand());
-  line.Add(MakeInferCommand());
   line.Add(MakeMergeCommand());
   line.Add(MakeBatchCommand());
   line.Add(MakeSynthesizeCommand());
@@ -47,11 +45,15 @@ int RunCommandLine(int argc, char** argv) {
   line.Add(MakeMasksCommand());
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
-  line.Add(MakeEvaluateCommand());
   line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());
-  return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (!arguments.empty() && arguments[0] == "evaluate") {
+    std::cerr << ErrorLine("evaluate is egosieve-eval now; see egosieve-eval --help") << "\n";
+    return static_cast<int>(ExitCode::kUsage);
+  }
+  return line.Run(arguments, std::cout, std::cerr);
 }
 
 }  // namespace

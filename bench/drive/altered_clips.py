@@ -2,7 +2,7 @@
 """Writes other pictures of labelled clips: each clip turned, backwards, smaller, cropped, with fewer pictures.
 
     bench/drive/altered_clips.py OUT FOLDER...         OUT/turned/bear/frames, OUT/turned/bear/masks and so on
-    ./run evaluate --suite=OUT/turned --profiles=default --masks --out=out/turned
+    ./run evaluate suite OUT/turned --out=out/turned
 
 A FOLDER holds clips as davis and davis-train do. Needs OpenCV for Python (Debian's python3-opencv).
 """

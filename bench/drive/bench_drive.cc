@@ -36,7 +36,6 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/pocl_threads.h"
-#include "tools/evaluation/roc.h"
 #include "vision/labelling/drive_camera.h"
 
 namespace egosieve::bench {
@@ -98,12 +97,31 @@ std::map<int64_t, cv::Mat> ReadMasks(const std::string& frames, const std::strin
   return found;
 }
 
-void Score(const vision::SegmentationMap& map, const cv::Mat& mask, tools::RocHistogram& roc) {
+// Probabilities of pixels on movers and on the rest.
+struct ScoredPixels {
+  std::vector<float> movers, rest;
+
+  // The area under the ROC curve: the share of pairs in which the mover has the larger probability,
+  // ties by half. Absent without both.
+  std::optional<double> Auc() {
+    if (movers.empty() || rest.empty()) return std::nullopt;
+    std::sort(rest.begin(), rest.end());
+    double won = 0.0;
+    for (const float p : movers) {
+      const auto [low, high] = std::equal_range(rest.begin(), rest.end(), p);
+      won += 0.5 * static_cast<double>((low - rest.begin()) + (high - rest.begin()));
+    }
+    return won / static_cast<double>(movers.size()) / static_cast<double>(rest.size());
+  }
+};
+
+void Score(const vision::SegmentationMap& map, const cv::Mat& mask, ScoredPixels& scored) {
   for (int row = 0; row < map.grid.rows(); ++row) {
     for (int column = 0; column < map.grid.columns(); ++column) {
       const uint8_t truth = mask.at<uint8_t>(map.grid.y_pixels(row), map.grid.x_pixels(column));
       if (truth != 0 && truth != 255) continue;
-      roc.Add(tools::ScoreOf(map.probability[row * map.grid.columns() + column]), truth == 255);
+      (truth == 255 ? scored.movers : scored.rest)
+          .push_back(map.probability[row * map.grid.columns() + column]);
     }
   }
 }
@@ -167,21 +185,21 @@ absl::StatusOr<ProfileMeasurement> MeasureProfile(const std::shared_ptr<kernels:
                                                   const std::map<int64_t, cv::Mat>& masks,
                                                   int64_t count, const std::string& path) {
   ProfileMeasurement result;
-  tools::RocHistogram roc;
+  ScoredPixels scored;
   PlayedSource source({clip}, count, count);
   EGOSIEVE_RETURN_IF_ERROR(LearnCamera(source, options));
   EGOSIEVE_ASSIGN_OR_RETURN(
       result.drive,
       MeasureDrive(context, options, source, path, [&](const vision::SegmentedFrame& frame) {
         const auto mask = masks.find(PictureOf(frame.index, clip.size));
-        if (mask != masks.end() && frame.index > clip.size) Score(frame.map, mask->second, roc);
+        if (mask != masks.end() && frame.index > clip.size) Score(frame.map, mask->second, scored);
       }));
   EGOSIEVE_ASSIGN_OR_RETURN(
       const std::string difference,
       CompareWithOneThread(context, options, source, std::min(count, kComparedFrames), path));
   result.same_as_one_thread = difference.empty();
   if (!difference.empty()) result.drive.complaints.push_back(difference);
-  result.auc = roc.Auc();
+  result.auc = scored.Auc();
   return result;
 }
 

@@ -20,6 +20,7 @@ import figures
 
 FPS, LAP_SECONDS, PIECE_SECONDS = 10, 45, 3
 RESAMPLES = 2000
+EVALUATION = Path(__file__).resolve().parents[2] / "tools" / "evaluate" / "egosieve-eval"
 
 
 def run(*words):
@@ -32,7 +33,7 @@ def run(*words):
 def scores(program, drive, out, flags):
     """The AUC of each picture of a run by its frame."""
     run(program, "segment", drive / "frames", f"--out={out}", f"--fps={FPS}", "--overwrite", *flags)
-    run(program, "evaluate", out, f"--truth={drive / 'masks'}", "--no_plots")
+    run(EVALUATION, out, f"--truth={drive / 'masks'}", "--no-plots")
     with open(out / "eval.csv") as file:
         return {int(row["frame"]): float(row["auc"]) for row in csv.DictReader(file) if row["auc"] not in ("", "nan")}
 

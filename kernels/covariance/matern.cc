@@ -9,6 +9,10 @@
 //
 // Float32: u (|p| + |p'|) from rounding the points (scaled_difference.h), since the slope with
 // respect to r is at most 1, and 12 u.
+//
+// r^2 is taken as 1e10 where it is larger: f and its derivatives are 0 there, but infinity times 0
+// is none.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -18,6 +22,13 @@
 
 namespace egosieve::kernels {
 namespace {
+
+// Not by fmin: what is not a number stays so.
+constexpr char kBoundedCode[] = R"(
+static inline REALV bounded@(const REALV square) {
+  return square > (REALV)1e10f ? (REALV)1e10f : square;
+}
+)";
 
 constexpr char kCodeOneHalf[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
@@ -33,7 +44,7 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 
 constexpr char kCodeThreeHalves[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
-  const REALV r = sqrt(squared_distance@(a, b));
+  const REALV r = sqrt(bounded@(squared_distance@(a, b)));
   return ((REALV)1 + r) * exp_of_negative(-r);
 }
 static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, const REALV k, const REALV weight,
@@ -44,7 +55,7 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 
 constexpr char kCodeFiveHalves[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
-  const REALV square = squared_distance@(a, b);
+  const REALV square = bounded@(squared_distance@(a, b));
   const REALV r = sqrt(square);
   return fma(square, (REALV)1 / (REALV)3, (REALV)1 + r) * exp_of_negative(-r);
 }
@@ -64,20 +75,20 @@ class Matern : public ScaledDifference {
         device_code_(device_code) {}
 
   double Value(int64_t dimension, const double* a, const double* b) const override {
-    const double square = SquaredDistance(dimension, a, b), r = std::sqrt(square);
+    const double square = std::min(SquaredDistance(dimension, a, b), 1e10), r = std::sqrt(square);
     const double factor = twice_nu_ == 1 ? 1.0 : twice_nu_ == 3 ? 1.0 + r : 1.0 + r + square / 3.0;
     return factor * std::exp(-r);
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(
-        absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, device_code_),
-        request);
+    return WithSuffix(absl::StrCat(kSquaredDistanceCode, kBoundedCode, kAddSquaresCode,
+                                   kUnitVarianceCode, device_code_),
+                      request);
   }
 
  protected:
   double Slope(int64_t dimension, const double* a, const double* b) const override {
-    const double r = std::sqrt(SquaredDistance(dimension, a, b));
+    const double r = std::sqrt(std::min(SquaredDistance(dimension, a, b), 1e10));
     if (r == 0.0) return 0.0;
     const double factor = twice_nu_ == 1 ? 1.0 / r : twice_nu_ == 3 ? 1.0 : (1.0 + r) / 3.0;
     return factor * std::exp(-r);

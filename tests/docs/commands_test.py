@@ -12,7 +12,7 @@ from documents import code_lines, commands, documents, inline_code, read, reposi
 
 PROGRAM = os.path.abspath('tools/egosieve')
 # Commands of ./run that are not the program's.
-OWN = ('bag', 'demo', 'test', 'bench', 'bench_gpu', 'bench_drive', 'bench_evidence', 'bench_colmap', 'bench_slam', 'slurm_demo', 'install', 'wheel', 'docs', 'setup', 'help')
+OWN = ('bag', 'demo', 'evaluate', 'test', 'bench', 'bench_gpu', 'bench_drive', 'bench_evidence', 'bench_colmap', 'bench_slam', 'slurm_demo', 'install', 'wheel', 'docs', 'setup', 'help')
 # Others' programs, and the shell's own words.
 FOREIGN = ('colmap', 'ns-train', 'docker', 'apptainer', 'cmake', 'cc', 'awk', 'export', 'source', 'clang-format', 'clang-tidy', 'build/kriging')
 
@@ -60,7 +60,8 @@ def fault_of_run(root, words):
         return fault_of_program(words)
     script = read(root, 'run')
     text = {'bench': text_of(root, 'bench'), 'bench_drive': text_of(root, 'bench/drive'),
-            'bench_colmap': text_of(root, 'bench/colmap'), 'bench_slam': text_of(root, 'bench/slam'), 'bag': text_of(root, 'tools/ros')}.get(command, script)
+            'bench_colmap': text_of(root, 'bench/colmap'), 'bench_slam': text_of(root, 'bench/slam'), 'bag': text_of(root, 'tools/ros'),
+            'evaluate': text_of(root, 'tools/evaluate')}.get(command, script)
     # Google Benchmark's own; its value names one of ours.
     filters = [word.partition('=')[2].rstrip('/') for word in rest if word.startswith('--benchmark_filter=')]
     absent = absent_flags([word for word in rest if not word.startswith('--benchmark_')], text)
@@ -92,6 +93,8 @@ def fault(root, words):
     program = words[0]
     if program == 'xargs':
         return fault_of_run(root, words[words.index('./run') + 1:])
+    if program == 'egosieve-eval':
+        return fault_of_run(root, ['evaluate', *words[1:]])
     if program in ('./run', 'egosieve'):
         return (fault_of_run(root, words[1:]) if program == './run' else fault_of_program(words[1:])) if len(words) > 1 else ''
     if program == 'bazel':
@@ -142,7 +145,7 @@ class Commands(unittest.TestCase):
     def test_would_notice(self):
         root = repository()
         for line in ('./run segment a.mp4 --out=b --no_such_flag', './run bench_drive --no_such_flag', './run no_such_command',
-                     'bazel test //tests/docs:no_such_test', 'bazel test --config=none //...',
+                     'bazel test //tests/docs:no_such_test', './run evaluate out/my --no_such_flag', 'bazel test --config=none //...',
                      './run bench --benchmark_filter=BM_None', 'no_such_program a'):
             self.assertTrue(any(fault(root, words) for words in commands(line)), line)
 

@@ -1,34 +1,60 @@
 #include "tools/batch/batch_command.h"
 
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
-#include "tools/batch/batch_flags.h"
+#include "tools/batch/cuts.h"
 #include "tools/batch/drives_run.h"
-#include "tools/batch/index_page.h"
+#include "tools/batch/found_drives.h"
+#include "tools/batch/manifest.h"
+#include "tools/batch/plan.h"
+#include "tools/batch/slurm.h"
+#include "tools/batch/status.h"
+#include "tools/cli/checks.h"
+#include "tools/cli/child_process.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/result_flag.h"
 #include "tools/cli/warning.h"
-#include "tools/suite/child_process.h"
+#include "tools/run_folder/run_folder.h"
+#include "vision/frame/input_files.h"
 
 namespace egosieve::tools {
 namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+bool IsManifest(const std::string& input) {
+  std::error_code error;
+  const std::string extension = fs::path(input).extension().string();
+  return extension == ".toml" || extension == ".json" ||
+         (fs::is_regular_file(input, error) && !vision::HasVideoExtension(input));
+}
 
 class BatchCommand : public Command {
  public:
   std::string name() const override { return "batch"; }
   std::string summary() const override {
-    return "Segments many drives and runs further commands on them, here or as jobs of Slurm; does "
-           "what is missing, ends with a table and a page.";
+    return "Segments many drives and runs further commands on them, here or as numbered tasks on "
+           "many machines; does what is missing, ends with a table and a page.";
   }
   std::string example() const override {
     return "egosieve batch videos --out=out --jobs=2 --then=reconstruct,masks,render,report\n"
            "egosieve batch 'videos/*.mp4' --out=out --segment_flags='--profile=fast --stride=3'\n"
-           "egosieve batch drives.toml --engine=slurm --cpus=4 && egosieve batch drives.toml "
-           "--status\n"
+           "egosieve batch drives.toml --engine=slurm --sbatch=--cpus-per-task=4\n"
+           "egosieve batch drives.toml --status\n"
            "  # [defaults] with out = \"out\", then = [\"reconstruct\", \"masks\"] and segment's "
            "flags,\n"
            "  # [defaults.masks] with those of masks; then a table per drive, [a] with path = "
@@ -36,30 +62,208 @@ class BatchCommand : public Command {
            "  # or JSON, a list of {\"path\": ..., \"out\": ..., \"flags\": {...}}";
   }
 
-  void AddFlags(CLI::App& app) override { flags_.AddFlags(app); }
+  void AddFlags(CLI::App& app) override {
+    app.add_option("INPUT", inputs_,
+                   "A folder or a glob of drives (videos, and folders of pictures or videos), or "
+                   "a manifest, as JSON or TOML")
+        ->required()
+        ->default_str("")
+        ->type_name("")
+        ->configurable(false);
+    app.add_option("--out", given_.out,
+                   "The folder for the run folders, which go by the drives' names; of a manifest "
+                   "for drives that name none")
+        ->type_name("DIR");
+    app.add_option("--jobs", jobs_, "Tasks at the same time, which share the threads")
+        ->check(Between(1, 256))
+        ->type_name("NUMBER");
+    app.add_option("--then", given_.then,
+                   absl::StrCat("What follows segment, by commas: ",
+                                absl::StrJoin(FollowingCommands(), ", "),
+                                "; default: reconstruct,report; none: nothing. Masks go to "
+                                "OUT/NAME.masks. What has been done on the same run with the same "
+                                "flags is left"))
+        ->type_name("COMMANDS");
+    app.add_option("--segment_flags", given_.segment_flags,
+                   "Flags of segment for all drives, in quotes")
+        ->type_name("FLAGS");
+    app.add_option("--masks_flags", given_.masks_flags,
+                   "Flags of masks for all drives, in quotes: '--for=colmap --dilate=10'; those "
+                   "of other commands go into a manifest")
+        ->type_name("FLAGS");
+    app.add_option("--engine", engine_,
+                   "local: runs the tasks here; slurm: submits what is not done as job arrays")
+        ->check(OneOf({"local", "slurm"}))
+        ->capture_default_str()
+        ->type_name("local|slurm");
+    app.add_option("--piece_minutes", piece_minutes_,
+                   "Learn each drive in pieces of equal length, of this many minutes at most, "
+                   "which are merged; the maps are not those of one piece. 0: in one piece, or in "
+                   "those of `cuts` in the manifest")
+        ->check(AtLeast(0.0))
+        ->type_name("MINUTES");
+    app.add_option("--task", task_, "Runs one task of the plan, from 0, and nothing else")
+        ->check(AtLeast<int64_t>(0))
+        ->type_name("K");
+    app.add_flag("--plan", plan_,
+                 "Print the tasks with their numbers, write them to egosieve_jobs/, run nothing");
+    app.add_flag("--status", status_, "Print how far each drive is, write the page, run nothing");
+    app.add_option("--sbatch", sbatch_,
+                   "Further options of sbatch, separated by spaces: '--time=300 --mem=4G'; a task "
+                   "that reaches its time limit goes on from there")
+        ->type_name("OPTIONS");
+    result_.AddFlag(app);
+  }
 
   absl::StatusOr<ExitCode> Run() override {
-    EGOSIEVE_ASSIGN_OR_RETURN(BatchFlags::Drives drives, flags_.FindEntries());
-    if (flags_.plan_run.IsAskedFor()) return flags_.RunPlan(drives.entries);
-    EGOSIEVE_RETURN_IF_ERROR(flags_.plan_run.CheckUnplanned(drives.entries));
-    const std::string index =
-        flags_.index.empty() ? DefaultIndexPath(drives.entries) : flags_.index;
-    EGOSIEVE_RETURN_IF_ERROR(CheckIndexPath(index));
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
-    if (!drives.left_out.empty()) {
-      Warn(absl::StrCat("no drives, and left out: ", absl::StrJoin(drives.left_out, ", ")));
+    EGOSIEVE_RETURN_IF_ERROR(CheckFlags());
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<BatchEntry> entries, FindEntries());
+    if (piece_minutes_ > 0.0) CutDrives(piece_minutes_, entries);
+    EGOSIEVE_ASSIGN_OR_RETURN(const BatchPlan plan, BatchPlan::Create(std::move(entries)));
+    if (task_.has_value()) return RunTask(plan);
+    if (plan_) return TellPlan(plan);
+    if (engine_ == "slurm") return SubmitPlan(plan);
+    const absl::Status is_ours = CheckPage(plan);
+    if (!status_) {
+      EGOSIEVE_RETURN_IF_ERROR(is_ours);
+      return RunHere(plan);
     }
-    DrivesRun run(std::move(drives.entries), index);
-    run.Run(program, flags_.jobs);
-    run.Tell(flags_.result);
-    if (InterruptionRequested()) {
-      return absl::CancelledError("interrupted; the same command goes on");
-    }
-    return run.has_failed() ? ExitCode::kFramesFailed : ExitCode::kDone;
+    const std::vector<DriveStatus> drives = StatusOfAll(plan);
+    TellStatus(plan, drives, result_);
+    const absl::Status written = is_ours.ok() ? WritePage(plan, drives) : is_ours;
+    if (!written.ok()) Warn(written.message());
+    return ExitCode::kDone;
   }
 
  private:
-  BatchFlags flags_;
+  absl::Status CheckFlags() const {
+    if ((engine_ != "local") + (task_.has_value()) + plan_ + status_ > 1) {
+      return absl::InvalidArgumentError("--engine, --task, --plan and --status exclude each other");
+    }
+    if (engine_ == "local" && !sbatch_.empty()) {
+      return absl::InvalidArgumentError("no effect without --engine=slurm: --sbatch; leave it out");
+    }
+    if (piece_minutes_ > 0.0 && (task_.has_value() || status_)) {
+      return absl::InvalidArgumentError(
+          "--task and --status need the pieces of a plan; give the file that --plan names");
+    }
+    return absl::OkStatus();
+  }
+
+  // The drives of all inputs, in their order.
+  absl::StatusOr<std::vector<BatchEntry>> FindEntries() const {
+    std::vector<BatchEntry> entries;
+    for (const std::string& input : inputs_) {
+      if (IsManifest(input)) {
+        EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<BatchEntry> listed,
+                                  ReadManifest(input, given_));
+        entries.insert(entries.end(), listed.begin(), listed.end());
+        continue;
+      }
+      if (given_.out.empty()) {
+        return absl::InvalidArgumentError("--out is missing; give the folder for the run folders");
+      }
+      EGOSIEVE_ASSIGN_OR_RETURN(const FoundDrives found, FindDrives(input));
+      for (const auto& [name, path] : found.drives) {
+        EGOSIEVE_ASSIGN_OR_RETURN(entries.emplace_back(), MakeEntry(name, path, given_));
+      }
+      if (!found.left_out.empty()) {
+        Warn(absl::StrCat("no drives, and left out: ", absl::StrJoin(found.left_out, ", ")));
+      }
+    }
+    EGOSIEVE_RETURN_IF_ERROR(CheckFolders(entries));
+    return entries;
+  }
+
+  absl::StatusOr<ExitCode> RunHere(const BatchPlan& plan) const {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
+    DrivesRun run(plan, program);
+    run.Run(jobs_);
+    TellStatus(plan, run.drives(), result_);
+    if (!run.page_status().ok()) Warn(run.page_status().message());
+    if (InterruptionRequested()) {
+      return absl::CancelledError("interrupted; the same command goes on");
+    }
+    const bool is_done = std::all_of(run.drives().begin(), run.drives().end(),
+                                     [](const DriveStatus& d) { return d.state == "done"; });
+    return is_done ? ExitCode::kDone : ExitCode::kFramesFailed;
+  }
+
+  absl::StatusOr<ExitCode> RunTask(const BatchPlan& plan) const {
+    if (*task_ >= plan.task_count()) {
+      return absl::OutOfRangeError(
+          absl::StrCat("--task=", *task_, ": the plan has tasks 0 to ", plan.task_count() - 1));
+    }
+    const size_t drives = plan.entries().size(), number = static_cast<size_t>(*task_);
+    const size_t stage = number / drives, drive = number % drives;
+    if (const std::optional<size_t> missing = plan.MissingStage(stage, drive)) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "the task '", plan.stages()[*missing].name, "' of ", plan.entries()[drive].out,
+          " is not done; run it first: --task=", plan.TaskNumber(*missing, drive)));
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const int code, plan.Run(stage, drive, program, /*to_log=*/false, InterruptionRequested));
+    return static_cast<ExitCode>(code);
+  }
+
+  // The folder for files of engines: egosieve_jobs/NAME beside the manifest or the run folders.
+  std::string JobsFolder() const {
+    const fs::path path = AbsolutePath(IsManifest(inputs_.front()) ? inputs_.front() : given_.out);
+    return (path.parent_path() / "egosieve_jobs" / path.stem()).string();
+  }
+
+  absl::StatusOr<ExitCode> TellPlan(const BatchPlan& plan) const {
+    const std::string path = JobsFolder() + "/plan.json";
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(JobsFolder()));
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, ToManifest(plan.entries())));
+    std::string text;
+    Json tasks = Json::array();
+    size_t width = 3;
+    for (const BatchEntry& entry : plan.entries()) width = std::max(width, entry.out.size());
+    for (size_t stage = 0; stage < plan.stages().size(); ++stage) {
+      for (size_t drive = 0; drive < plan.entries().size(); ++drive) {
+        const std::vector<std::string> arguments = plan.Arguments(stage, drive);
+        if (arguments.empty()) continue;
+        const int64_t number = plan.TaskNumber(stage, drive);
+        const std::string &out = plan.entries()[drive].out, &name = plan.stages()[stage].name;
+        absl::StrAppendFormat(&text, "%6d  %-*s  %s\n", number, static_cast<int>(width), out, name);
+        tasks.push_back(
+            {{"task", number}, {"run", out}, {"stage", name}, {"arguments", arguments}});
+      }
+    }
+    absl::StrAppend(&text, "a task of it: egosieve batch ", path, " --task=K\n");
+    result_.Tell("batch", {{"tasks", tasks}, {"plan", path}}, text);
+    return ExitCode::kDone;
+  }
+
+  absl::StatusOr<ExitCode> SubmitPlan(const BatchPlan& plan) const {
+    SlurmOptions options;
+    EGOSIEVE_ASSIGN_OR_RETURN(options.program, OwnProgram());
+    options.folder = JobsFolder();
+    options.sbatch = absl::StrSplit(sbatch_, ' ', absl::SkipWhitespace());
+    const std::vector<size_t> drives = plan.UnfinishedDrives();
+    std::string text = drives.empty() ? "every drive is done; nothing was submitted\n" : "";
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<SlurmArray> arrays,
+                              SubmitToSlurm(plan, drives, options));
+    Json told = Json::array();
+    for (const SlurmArray& array : arrays) {
+      const std::string& stage = plan.stages()[array.stage].name;
+      absl::StrAppendFormat(&text, "%-12s  %5d tasks  job %s\n", stage, array.tasks, array.job);
+      told.push_back({{"stage", stage}, {"tasks", array.tasks}, {"job", array.job}});
+    }
+    result_.Tell("batch", {{"arrays", told}}, text);
+    return ExitCode::kDone;
+  }
+
+  std::vector<std::string> inputs_;
+  BatchSettings given_;
+  int jobs_ = 1;
+  std::string engine_ = "local", sbatch_;
+  double piece_minutes_ = 0.0;
+  bool plan_ = false, status_ = false;
+  std::optional<int64_t> task_;
+  ResultFlag result_;
 };
 
 }  // namespace

@@ -1,30 +1,25 @@
-// The drives in a folder, or those that match a glob.
-//
-// In a folder, each video is a drive, and so is each folder with pictures or videos in it, or in
-// its subfolder frames/ or images/. The same holds for the matches of a glob. Everything else is
-// left out and reported.
+// The drives in a folder, or those that match a glob: each video, and each folder with pictures or
+// videos in it, or in its subfolder frames/ or images/. Everything else is left out.
 #ifndef EGOSIEVE_TOOLS_BATCH_FOUND_DRIVES_H_
 #define EGOSIEVE_TOOLS_BATCH_FOUND_DRIVES_H_
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
 
 namespace egosieve::tools {
 
-struct FoundDrive {
-  std::string name;  // of the file without its extension, or of the folder
-  std::string path;  // the path for segment
-};
-
 struct FoundDrives {
-  std::vector<FoundDrive> drives;     // in natural order
+  // The name of the file without its extension or of the folder, and the path for segment; in
+  // natural order.
+  std::vector<std::pair<std::string, std::string>> drives;
   std::vector<std::string> left_out;  // names
 };
 
 // `input`: a folder, a glob or a video. NotFound if nothing is there. InvalidArgument if it has no
-// drive, if a folder holds the pictures of one drive, or if two drives have the same name.
+// drive, or if a folder holds the pictures of one drive.
 absl::StatusOr<FoundDrives> FindDrives(const std::string& input);
 
 }  // namespace egosieve::tools

@@ -2,291 +2,289 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
+#include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/ascii.h"
-#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/toml_entries.h"
-#include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-using Flags = BatchSettings::Flags;
 
-constexpr char kSegment[] = "segment";
-constexpr char kDefaults[] = "defaults";
+// Flags that only the batch itself sets.
+constexpr const char* kReserved[] = {"out", "resume", "overwrite", "config", "print_config"};
 
-struct Drive {
-  std::string name;   // of its table; empty in a list
-  std::string where;  // "entry 2", for errors
-  std::string path;
-  BatchSettings settings;
-  std::vector<int64_t> cuts;
-};
-
-struct Manifest {
-  BatchSettings defaults;
-  std::vector<Drive> drives;
-};
-
-std::vector<std::string> Words(const Flags& flags) {
-  std::vector<std::string> words;
-  for (const auto& [name, value] : flags) {
-    words.push_back(value == "true" ? absl::StrCat("--", name)
-                                    : absl::StrCat("--", name, "=", value));
-  }
-  return words;
+bool IsFollowing(const std::string& word) {
+  const std::vector<std::string>& all = FollowingCommands();
+  return std::find(all.begin(), all.end(), word) != all.end();
 }
 
-BatchEntry Entry(const std::string& path, const std::string& out, const BatchSettings& settings) {
-  const auto words = [&](const std::string& command) {
-    const auto flags = settings.flags.find(command);
-    return flags == settings.flags.end() ? std::vector<std::string>() : Words(flags->second);
-  };
-  BatchEntry entry{path, out, words(kSegment), {}};
-  for (const std::string& command : settings.then) entry.then.push_back({command, words(command)});
-  return entry;
+// `where`: empty, or the entry.
+absl::Status Refused(const std::string& where, const std::string& what) {
+  return absl::InvalidArgumentError(where.empty() ? what : absl::StrCat(where, ": ", what));
 }
 
-// One value of a flag, as text.
+// One value, as text.
 std::optional<std::string> Text(const Json& value) {
   if (value.is_structured() || value.is_null()) return std::nullopt;
   return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
-absl::Status FlagsFromJson(const std::string& where, const std::string& key, const Json& json,
-                           Flags& flags) {
-  if (!json.is_object()) {
+// Adds flags, an object, to `settings` under `key`, each as text.
+absl::Status AddFlags(const std::string& where, const Json& flags, const std::string& key,
+                      Json& settings) {
+  if (!flags.is_object()) {
     return Refused(where,
                    absl::StrCat("'", key, "' is not an object; write it as {\"stride\": 2}"));
   }
-  for (const auto& [flag, given] : json.items()) {
-    const std::optional<std::string> value = Text(given);
-    if (!value) return Refused(where, absl::StrCat("the flag '", flag, "' has no single value"));
-    EGOSIEVE_RETURN_IF_ERROR(AddFlag(where, flag, *value, flags));
+  for (const auto& [name, value] : flags.items()) {
+    const std::optional<std::string> text = Text(value);
+    if (std::count(std::begin(kReserved), std::end(kReserved), name) > 0) {
+      return Refused(where, absl::StrCat("the flag '", name, "' is the batch's own; leave it out"));
+    }
+    if (!text) return Refused(where, absl::StrCat("the flag '", name, "' has no single value"));
+    settings[key][name] = *text;
   }
   return absl::OkStatus();
 }
 
-absl::Status SettingFromJson(const std::string& where, const std::string& key, const Json& value,
-                             BatchSettings& settings) {
-  if (key == "out") {
-    if (!value.is_string()) return Refused(where, "'out' is not a text");
-    settings.out = value.get<std::string>();
-    return absl::OkStatus();
-  }
-  if (key == "then") {
-    std::vector<std::string> words;
-    for (const Json& word : value.is_array() ? value : Json::array({value})) {
-      if (!word.is_string()) return Refused(where, "'then' is not a list of commands");
-      words.push_back(word.get<std::string>());
+// "--stride=2", "--deterministic" as an object.
+absl::StatusOr<Json> ParseFlags(const std::vector<std::string>& words) {
+  Json flags = Json::object();
+  for (absl::string_view word : words) {
+    if (!absl::ConsumePrefix(&word, "--")) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("'", word, "' is no flag; write flags as --name=value"));
     }
-    return SetThen(where, words, settings);
+    const std::vector<std::string> parts = absl::StrSplit(word, absl::MaxSplits('=', 1));
+    flags[parts.front()] = parts.size() == 2 ? parts.back() : "true";
   }
-  if (key == "flags") return FlagsFromJson(where, key, value, settings.flags[kSegment]);
-  if (IsFollowing(key)) return FlagsFromJson(where, key, value, settings.flags[key]);
-  return Refused(where, absl::StrCat("unknown key '", key,
-                                     "'; an entry has 'path', 'out', 'flags', 'then', 'cuts' and ",
-                                     absl::StrJoin(FollowingCommands(), ", ")));
+  return flags;
 }
 
-absl::StatusOr<std::vector<int64_t>> Cuts(const std::string& where,
-                                          const std::vector<std::string>& words) {
-  std::vector<int64_t> cuts;
-  for (const std::string& word : words) {
-    int64_t cut = 0;
-    if (!absl::SimpleAtoi(word, &cut) || cut <= (cuts.empty() ? 0 : cuts.back())) {
+std::vector<std::string> Words(const Json& settings, const std::string& key) {
+  std::vector<std::string> words;
+  const Json flags = settings.value(key, Json::object());
+  for (const auto& [name, value] : flags.items()) {
+    const std::string text = value.get<std::string>();
+    words.push_back(text == "true" ? absl::StrCat("--", name)
+                                   : absl::StrCat("--", name, "=", text));
+  }
+  return words;
+}
+
+Json AsList(const Json& value) { return value.is_array() ? value : Json::array({value}); }
+
+absl::Status SetThen(const std::string& where, const Json& value, Json& settings) {
+  settings["then"] = Json::array();
+  for (const Json& word : AsList(value)) {
+    if (!word.is_string() || !IsFollowing(word.get<std::string>())) {
+      return Refused(where, absl::StrCat("then: '", Text(word).value_or("{}"), "' is none of ",
+                                         absl::StrJoin(FollowingCommands(), ", ")));
+    }
+    settings["then"].push_back(word);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SetCuts(const std::string& where, const Json& value, Json& settings) {
+  settings["cuts"] = Json::array();
+  int64_t before = 0, cut = 0;
+  for (const Json& frame : AsList(value)) {
+    if (!absl::SimpleAtoi(Text(frame).value_or(""), &cut) || cut <= before) {
       return Refused(where, "'cuts' is not an ascending list of frame numbers above 0");
     }
-    cuts.push_back(cut);
+    settings["cuts"].push_back(before = cut);
   }
-  return cuts;
+  return absl::OkStatus();
 }
 
-absl::StatusOr<Drive> DriveFromJson(const std::string& where, const Json& json) {
-  if (!json.is_object()) {
+// What a table sets: path, out, then, cuts, and flags as text, those of segment in "flags".
+absl::StatusOr<Json> SettingsIn(const std::string& where, const Json& table) {
+  if (!table.is_object()) {
     return Refused(
-        where, absl::StrCat(json.dump().substr(0, 60), " is not an object with 'path' and 'out'"));
+        where, absl::StrCat(table.dump().substr(0, 60), " is not an object with 'path' and 'out'"));
   }
-  Drive drive;
-  drive.where = where;
-  for (const auto& [key, value] : json.items()) {
-    if (key == "cuts") {
-      std::vector<std::string> words;
-      for (const Json& cut : value.is_array() ? value : Json::array({value})) {
-        words.push_back(cut.dump());
-      }
-      EGOSIEVE_ASSIGN_OR_RETURN(drive.cuts, Cuts(where, words));
-    } else if (key != "path") {
-      EGOSIEVE_RETURN_IF_ERROR(SettingFromJson(where, key, value, drive.settings));
-    } else if (!value.is_string()) {
-      return Refused(where, "'path' is not a text");
+  Json settings = Json::object();
+  for (const auto& [key, value] : table.items()) {
+    absl::Status status;
+    if (key == "path" || key == "out") {
+      if (!value.is_string()) return Refused(where, absl::StrCat("'", key, "' is not a text"));
+      settings[key] = value;
+    } else if (key == "then") {
+      status = SetThen(where, value, settings);
+    } else if (key == "cuts") {
+      status = SetCuts(where, value, settings);
+    } else if (key == "flags" || IsFollowing(key)) {
+      status = AddFlags(where, value, key, settings);
+    } else if (value.is_object()) {
+      status = Refused(where, absl::StrCat("'", key, "' has flags, and is none of ",
+                                           absl::StrJoin(FollowingCommands(), ", ")));
     } else {
-      drive.path = value.get<std::string>();
+      status = AddFlags(where, Json::object({{key, value}}), "flags", settings);
     }
+    EGOSIEVE_RETURN_IF_ERROR(status);
   }
-  return drive;
+  return settings;
 }
 
-absl::StatusOr<Manifest> ParseJson(absl::string_view text) {
-  Json json;
+absl::StatusOr<Json> GivenSettings(const BatchSettings& given) {
+  Json table = Json::object();
+  if (given.then) {
+    const std::vector<std::string> words =
+        absl::StrSplit(*given.then, absl::ByAnyChar(", "), absl::SkipEmpty());
+    table["then"] = *given.then == "none" ? std::vector<std::string>() : words;
+  }
+  for (const auto& [key, text] :
+       {std::pair{"flags", given.segment_flags}, {"masks", given.masks_flags}}) {
+    EGOSIEVE_ASSIGN_OR_RETURN(table[key], ParseFlags(absl::StrSplit(text, ' ', absl::SkipEmpty())));
+  }
+  return SettingsIn("", table);
+}
+
+BatchEntry Entry(const std::string& path, const std::string& out, const Json& settings) {
+  BatchEntry entry = {path, out, Words(settings, "flags"), {}, {}};
+  for (const Json& command : settings.value("then", Json({"reconstruct", "report"}))) {
+    entry.then.push_back({command, Words(settings, command)});
+  }
+  entry.cuts = settings.value("cuts", std::vector<int64_t>());
+  return entry;
+}
+
+absl::StatusOr<Json> ParseDocument(absl::string_view text) {
+  std::string not_json;
   try {
-    json = Json::parse(text.begin(), text.end());
+    return Json::parse(text.begin(), text.end());
   } catch (const Json::exception& error) {  // also for numbers beyond the range of a double
-    return absl::InvalidArgumentError(absl::StrCat("it is not JSON: ", error.what()));
+    not_json = error.what();
   }
-  Manifest manifest;
-  if (json.is_object() && json.contains("drives")) {
-    for (const auto& [key, value] : json.items()) {
-      if (key == "drives") continue;
-      if (key != kDefaults || !value.is_object()) {
-        return absl::InvalidArgumentError(
-            absl::StrCat("'", key, "' is neither 'drives' nor an object of 'defaults'"));
-      }
-      for (const auto& [name, given] : value.items()) {
-        EGOSIEVE_RETURN_IF_ERROR(SettingFromJson(kDefaults, name, given, manifest.defaults));
-      }
-    }
-    json = Json(json["drives"]);
-  }
-  if (!json.is_array()) {
-    return absl::InvalidArgumentError("it is not a list of drives; write it as [{...}, {...}]");
-  }
-  for (const Json& element : json) {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        Drive drive, DriveFromJson(absl::StrCat("entry ", manifest.drives.size() + 1), element));
-    manifest.drives.push_back(std::move(drive));
-  }
-  return manifest;
-}
-
-// `keys`: the entries of the table.
-absl::Status SettingFromToml(const std::string& where, const std::vector<std::string>& keys,
-                             const TomlEntry& entry, BatchSettings& settings) {
-  const std::string& key = keys.front();
-  if (keys.size() == 1 && key == "then") return SetThen(where, entry.values, settings);
-  if (entry.is_array)
-    return Refused(where, absl::StrCat("'", keys.back(), "' has no single value"));
-  const std::string& value = entry.values.front();
-  if (keys.size() == 2 && IsFollowing(key)) {
-    return AddFlag(where, keys.back(), value, settings.flags[key]);
-  }
-  if (keys.size() != 1) {
-    return Refused(where, absl::StrCat("'", key, "' has flags, and is none of ",
-                                       absl::StrJoin(FollowingCommands(), ", ")));
-  }
-  if (key == "out") {
-    settings.out = value;
-    return absl::OkStatus();
-  }
-  return AddFlag(where, key, value, settings.flags[kSegment]);
-}
-
-absl::StatusOr<Manifest> ParseToml(absl::string_view text) {
-  auto entries = ReadTomlEntries(text);
+  const auto entries = ReadTomlEntries(text);
   if (!entries.ok()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("it is neither JSON nor TOML: ", entries.status().message()));
+    return absl::InvalidArgumentError(absl::StrCat("it is neither JSON (", not_json, ") nor TOML (",
+                                                   entries.status().message(), ")"));
   }
-  Manifest manifest;
-  std::map<std::string, size_t> numbers;  // of the tables, from 1
+  Json document = Json::object();
   for (const TomlEntry& entry : *entries) {
-    std::string table = entry.path.front();
-    size_t depth = 1;
-    const bool is_listed = table == "drives" && entry.path.size() > 2 && entry.path[1] != "path";
-    if (is_listed) table = absl::StrCat(table, "/", entry.path[depth++]);
-    const std::vector<std::string> keys(entry.path.begin() + static_cast<int64_t>(depth),
-                                        entry.path.end());
-    if (keys.empty()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("line ", entry.line, ": '", table,
-                       "' is outside the tables of the drives; write [name] above"));
-    }
-    if (table == kDefaults) {
-      EGOSIEVE_RETURN_IF_ERROR(SettingFromToml(kDefaults, keys, entry, manifest.defaults));
-      continue;
-    }
-    size_t& number = numbers[table];
-    if (number == 0) {
-      Drive drive;
-      drive.name = is_listed ? "" : table;
-      number = manifest.drives.size() + 1;
-      drive.where = absl::StrCat("entry ", number);
-      manifest.drives.push_back(std::move(drive));
-    }
-    Drive& drive = manifest.drives[number - 1];
-    if (keys.size() == 1 && keys.front() == "path" && !entry.is_array) {
-      drive.path = entry.values.front();
-    } else if (keys.size() == 1 && keys.front() == "cuts") {
-      EGOSIEVE_ASSIGN_OR_RETURN(drive.cuts, Cuts(drive.where, entry.values));
+    Json* place = &document;
+    for (const std::string& name : entry.path) place = &(*place)[name];
+    *place = entry.is_array ? Json(entry.values) : Json(entry.values.front());
+  }
+  return document;
+}
+
+// The tables of the drives with their names, empty in a list; takes out `defaults`.
+absl::StatusOr<std::vector<std::pair<std::string, Json>>> Tables(const Json& document,
+                                                                 Json& defaults) {
+  std::vector<std::pair<std::string, Json>> tables;
+  const auto add_list = [&](const Json& list) {
+    for (const auto& item : list.items()) tables.emplace_back("", item.value());
+  };
+  if (document.is_array()) add_list(document);
+  if (!document.is_object()) return tables;
+  for (const auto& [name, value] : document.items()) {
+    if (name == "drives" && value.is_structured() && !value.contains("path")) {
+      add_list(value);
+    } else if (!value.is_object()) {
+      return Refused("", absl::StrCat("'", name,
+                                      "' is outside the tables of the drives; write "
+                                      "[name] above, or a list"));
+    } else if (name == "defaults") {
+      EGOSIEVE_ASSIGN_OR_RETURN(defaults, SettingsIn(name, value));
     } else {
-      EGOSIEVE_RETURN_IF_ERROR(SettingFromToml(drive.where, keys, entry, drive.settings));
+      tables.emplace_back(name, value);
     }
   }
-  return manifest;
+  return tables;
 }
 
 // "runs/a/" and "runs/a" are the same folder.
-std::string From(const std::string& folder, const std::string& path) {
-  const fs::path normal = (fs::path(folder) / path).lexically_normal();
+std::string From(const fs::path& folder, const fs::path& path) {
+  const fs::path normal = (folder / path).lexically_normal();
   return (normal.has_filename() ? normal : normal.parent_path()).string();
-}
-
-bool IsJson(absl::string_view text) {
-  const absl::string_view start = absl::StripLeadingAsciiWhitespace(text);
-  // "[{" and "[]" begin a list, "[name]" a table.
-  const absl::string_view second =
-      absl::StripLeadingAsciiWhitespace(start.substr(std::min<size_t>(1, start.size())));
-  return absl::StartsWith(start, "{") ||
-         (absl::StartsWith(start, "[") &&
-          (second.empty() || second[0] == '{' || second[0] == ']' || second[0] == '"'));
-}
-
-// The run folder of a drive: its own, else that of `given`, else that of the defaults; empty if
-// none is set.
-std::string OutOf(const Drive& drive, const std::string& folder, const BatchSettings& given,
-                  const BatchSettings& defaults) {
-  if (!drive.settings.out.empty()) return From(folder, drive.settings.out);
-  const std::string name =
-      drive.name.empty() ? fs::path(From("", drive.path)).stem().string() : drive.name;
-  if (!given.out.empty()) return From(given.out, name);
-  return defaults.out.empty() ? "" : From(folder, (fs::path(defaults.out) / name).string());
 }
 
 }  // namespace
 
-BatchEntry MakeEntry(const std::string& name, const std::string& path, const BatchSettings& given) {
-  return Entry(path, From(given.out, name), given);
+const std::vector<std::string>& FollowingCommands() {
+  static const auto& commands =
+      *new std::vector<std::string>{"reconstruct", "masks", "render", "report"};
+  return commands;
+}
+
+absl::StatusOr<BatchEntry> MakeEntry(const std::string& name, const std::string& path,
+                                     const BatchSettings& given) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const Json settings, GivenSettings(given));
+  return Entry(path, From(given.out, name), settings);
 }
 
 absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
                                                       const std::string& folder,
                                                       const BatchSettings& given) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const Manifest manifest,
-                            IsJson(text) ? ParseJson(text) : ParseToml(text));
-  if (manifest.drives.empty()) return absl::InvalidArgumentError("it lists no drive");
+  EGOSIEVE_ASSIGN_OR_RETURN(const Json overriding, GivenSettings(given));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Json document, ParseDocument(text));
+  Json defaults = Json::object();
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto tables, Tables(document, defaults));
+  if (tables.empty()) return absl::InvalidArgumentError("it lists no drive");
+  const std::string shared = defaults.value("out", "");
+  defaults.erase("out");
   std::vector<BatchEntry> entries;
-  for (const Drive& drive : manifest.drives) {
-    if (drive.path.empty()) return Refused(drive.where, "no 'path', the drive's input");
-    const std::string out = OutOf(drive, folder, given, manifest.defaults);
-    if (out.empty()) return Refused(drive.where, "no 'out', the run folder to write");
-    BatchSettings settings = manifest.defaults;
-    Override(drive.settings, settings);
-    Override(given, settings);
-    entries.push_back(Entry(From(folder, drive.path), out, settings));
-    entries.back().cuts = drive.cuts;
+  for (const auto& [name, table] : tables) {
+    const std::string where = absl::StrCat("entry ", entries.size() + 1);
+    EGOSIEVE_ASSIGN_OR_RETURN(const Json own, SettingsIn(where, table));
+    Json settings = defaults;
+    settings.merge_patch(own);
+    settings.merge_patch(overriding);
+    const std::string path = settings.value("path", ""), out = settings.value("out", "");
+    if (path.empty()) return Refused(where, "no 'path', the drive's input");
+    const std::string called = name.empty() ? fs::path(From("", path)).stem().string() : name;
+    const std::string run = !out.empty()         ? From(folder, out)
+                            : !given.out.empty() ? From(given.out, called)
+                            : !shared.empty()    ? From(folder, fs::path(shared) / called)
+                                                 : "";
+    if (run.empty()) return Refused(where, "no 'out', the run folder to write");
+    entries.push_back(Entry(From(folder, path), run, settings));
   }
   EGOSIEVE_RETURN_IF_ERROR(CheckFolders(entries));
   return entries;
+}
+
+absl::StatusOr<std::vector<BatchEntry>> ReadManifest(const std::string& path,
+                                                     const BatchSettings& given) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  absl::StatusOr<std::vector<BatchEntry>> entries =
+      ParseManifest(text, fs::path(path).parent_path().string(), given);
+  if (entries.ok()) return entries;
+  return absl::Status(
+      entries.status().code(),
+      absl::StrCat("the manifest ", path, " cannot be used: ", entries.status().message()));
+}
+
+std::string ToManifest(const std::vector<BatchEntry>& entries) {
+  Json drives = Json::array();
+  for (const BatchEntry& entry : entries) {
+    Json drive = {{"path", AbsolutePath(entry.path)},
+                  {"out", AbsolutePath(entry.out)},
+                  {"flags", ParseFlags(entry.flags).value_or(Json::object())},
+                  {"then", Json::array()},
+                  {"cuts", entry.cuts}};
+    for (const BatchStep& step : entry.then) {
+      drive["then"].push_back(step.command);
+      drive[step.command] = ParseFlags(step.flags).value_or(Json::object());
+    }
+    drives.push_back(std::move(drive));
+  }
+  return drives.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 absl::Status CheckFolders(const std::vector<BatchEntry>& entries) {
@@ -299,17 +297,6 @@ absl::Status CheckFolders(const std::vector<BatchEntry>& entries) {
     }
   }
   return absl::OkStatus();
-}
-
-absl::StatusOr<std::vector<BatchEntry>> ReadManifest(const std::string& path,
-                                                     const BatchSettings& given) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  absl::StatusOr<std::vector<BatchEntry>> entries =
-      ParseManifest(text, fs::path(path).parent_path().string(), given);
-  if (entries.ok()) return entries;
-  return absl::Status(
-      entries.status().code(),
-      absl::StrCat("the manifest ", path, " cannot be used: ", entries.status().message()));
 }
 
 }  // namespace egosieve::tools

@@ -6,7 +6,7 @@
 //
 //   [defaults]
 //   out = "out"                        # run folders are out/NAME if a drive names none
-//   then = ["reconstruct", "masks"]
+//   then = ["reconstruct", "masks"]    # reconstruct and report without it
 //   profile = "fast"
 //   [defaults.masks]
 //   for = "colmap"
@@ -15,13 +15,12 @@
 //   path = "a.mp4"
 //   stride = 3
 //
-// Drives without a name are tables [[drives]] with path and out. In JSON: a list of objects, in
-// which all but path and out may be missing, or {"defaults": {...}, "drives": [...]}:
+// Drives without a name are tables [[drives]] with path and out. In JSON the same: an object of
+// objects, or a list of drives; flags of segment may stand in an object "flags":
 //
 //   [{"path": "a.mp4", "out": "out/a", "flags": {"stride": 3}, "masks": {"for": "colmap"}}, ...]
 //
-// "cuts", a list of frame numbers, gives the beginnings of a drive's further pieces, for plans
-// (plan.h).
+// "cuts", a list of frame numbers, gives the beginnings of a drive's further pieces (plan.h).
 //
 // true means a flag without a value; false turns a flag off (--video=false). Paths are relative to
 // the manifest's folder.
@@ -29,12 +28,12 @@
 #define EGOSIEVE_TOOLS_BATCH_MANIFEST_H_
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "tools/batch/batch_settings.h"
 
 namespace egosieve::tools {
 
@@ -51,18 +50,32 @@ struct BatchEntry {
   std::vector<int64_t> cuts = {};    // frames at which a further piece begins, ascending
 };
 
-// A drive of this name; the name becomes that of its run folder in `given.out`.
-BatchEntry MakeEntry(const std::string& name, const std::string& path, const BatchSettings& given);
+// What the command line says of all drives; it goes before a manifest, except before its run
+// folders.
+struct BatchSettings {
+  std::string out;                         // the folder for the run folders
+  std::optional<std::string> then;         // "reconstruct,masks"
+  std::string segment_flags, masks_flags;  // "--stride=2 --deterministic"
+};
+
+// The commands that may follow segment.
+const std::vector<std::string>& FollowingCommands();
+
+// A drive of this name; the name becomes that of its run folder in `given.out`. InvalidArgument for
+// flags and commands that do not fit.
+absl::StatusOr<BatchEntry> MakeEntry(const std::string& name, const std::string& path,
+                                     const BatchSettings& given);
 
 // InvalidArgument, with the entry's number from 1 and the error; also if there are no entries.
-// `folder`: the manifest's. `given` overrides the manifest's settings, except its out.
+// `folder`: the manifest's.
 absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
                                                       const std::string& folder,
                                                       const BatchSettings& given = {});
-
 // Reads the file at `path`; errors name it.
 absl::StatusOr<std::vector<BatchEntry>> ReadManifest(const std::string& path,
                                                      const BatchSettings& given = {});
+// A manifest in JSON, with absolute paths.
+std::string ToManifest(const std::vector<BatchEntry>& entries);
 
 // InvalidArgument if two entries have the same run folder.
 absl::Status CheckFolders(const std::vector<BatchEntry>& entries);

@@ -1,24 +1,26 @@
 #include "tools/batch/plan.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <iostream>
+#include <chrono>
+#include <filesystem>
 #include <iterator>
+#include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
-#include "absl/status/status.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
 #include "kernels/base/status_macros.h"
-#include "tools/batch/drive_files.h"
-#include "tools/cli/interruption.h"
-#include "tools/cli/standard_streams.h"
+#include "tools/cli/child_process.h"
+#include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
 namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 bool Names(const std::vector<std::string>& flags, const std::string& name) {
   return std::any_of(flags.begin(), flags.end(), [&](const std::string& flag) {
@@ -26,77 +28,114 @@ bool Names(const std::vector<std::string>& flags, const std::string& name) {
   });
 }
 
-bool Names(const std::vector<std::string>& flags, const std::string& name,
-           const std::string& value) {
-  return std::count(flags.begin(), flags.end(), absl::StrCat("--", name, "=", value)) > 0;
+// When the run ended with all its frames; empty if it has not.
+std::string FinishedUtc(const std::string& out) {
+  const absl::StatusOr<RunFolder> folder = RunFolder::Open(out);
+  if (!folder.ok()) return "";
+  const absl::StatusOr<RunDescription> description = folder->ReadDescription();
+  return description.ok() && description->ended == "done" ? description->finished_utc : "";
 }
 
-// Whether a flag of this name is given and not turned off.
-bool Sets(const std::vector<std::string>& flags, const std::string& name) {
-  return Names(flags, name) && !Names(flags, name, "false");
+// Whether the command's output is there; true if it is many files, which the run's lines name.
+bool HasProduct(const BatchEntry& entry, const std::string& command) {
+  const fs::path out = entry.out;
+  std::vector<fs::path> any;
+  if (command == "masks") any = {MasksPath(entry)};
+  if (command == "reconstruct") any = {out / "reconstruct.json"};
+  if (command == "render") any = {out / "overlay.mp4", out / "overlay.avi", out / "render"};
+  if (command == "report") any = {out / "report.html"};
+  return any.empty() || std::any_of(any.begin(), any.end(), [](const fs::path& path) {
+           std::error_code error;
+           return fs::exists(path, error);
+         });
 }
 
-// The steps after segment, if none are given.
-std::vector<BatchStep> DefaultSteps() { return {{"reconstruct", {}}, {"report", {}}}; }
-
-bool IsSegmented(const std::string& run) {
-  const absl::StatusOr<DriveProgress> progress = ReadDriveProgress(run);
-  return progress.ok() && progress->is_segmented;
+// Why a program failed: its last line of error in the log; earlier lines may be warnings.
+std::string Reason(const std::string& log, int exit_code) {
+  std::string last = exit_code > 128 ? absl::StrCat("ended by signal ", exit_code - 128)
+                                     : absl::StrCat("ended with exit code ", exit_code);
+  for (absl::string_view line : absl::StrSplit(ReadFile(log).value_or(""), '\n')) {
+    if (absl::ConsumePrefix(&line, "egosieve: ")) last = std::string(line);
+  }
+  return last;
 }
 
-}  // namespace
+std::vector<std::string> FlagsOf(const BatchEntry& entry, const std::string& command) {
+  for (const BatchStep& step : entry.then) {
+    if (step.command == command) return step.flags;
+  }
+  return {};
+}
 
-absl::Status CheckThen(const std::vector<BatchEntry>& entries) {
-  const auto commands = [](const BatchEntry& entry) {
-    std::vector<std::string> names;
-    for (const BatchStep& step : entry.then) names.push_back(step.command);
-    return names;
-  };
-  for (const BatchEntry& entry : entries) {
-    if (commands(entry) != commands(entries.front())) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          entry.out, " and ", entries.front().out,
-          " differ in what follows segment; give them manifests of their own, or one `then`"));
+std::vector<std::string> MergeArguments(const BatchEntry& entry) {
+  if (entry.cuts.empty()) return {};
+  std::vector<std::string> arguments = {"merge", entry.out};
+  for (size_t piece = 2; piece <= entry.cuts.size() + 1; ++piece) {
+    arguments.push_back(PieceFolder(entry, static_cast<int>(piece)));
+  }
+  arguments.push_back("--progress=none");
+  return arguments;
+}
+
+absl::Status Check(const BatchEntry& entry, const BatchEntry& first) {
+  if (!std::equal(entry.then.begin(), entry.then.end(), first.then.begin(), first.then.end(),
+                  [](const auto& a, const auto& b) { return a.command == b.command; })) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(entry.out, " and ", first.out,
+                     " differ in what follows segment; give them manifests of their own, or one "
+                     "`then`"));
+  }
+  for (const char* flag : {"from", "to", "max_frames"}) {
+    if (!entry.cuts.empty() && Names(entry.flags, flag)) {
+      return absl::InvalidArgumentError(absl::StrCat(entry.out, " is learnt in pieces, which --",
+                                                     flag, " excludes; leave one of them out"));
     }
   }
   return absl::OkStatus();
 }
 
-BatchPlan::BatchPlan(std::vector<BatchEntry> entries, int threads)
-    : entries_(std::move(entries)), threads_(threads) {
-  for (BatchEntry& entry : entries_) {
-    if (entry.then.empty()) entry.then = DefaultSteps();
-    pieces_ = std::max(pieces_, static_cast<int>(entry.cuts.size()) + 1);
-  }
-  if (pieces_ > 1) {
-    std::vector<size_t> learnt;
-    for (int piece = 1; piece <= pieces_; ++piece) {
-      learnt.push_back(stages_.size());
-      stages_.push_back({"segment", piece, absl::StrCat("segment ", piece, "/", pieces_), {}});
-    }
-    stages_.push_back({"merge", 0, "merge", std::move(learnt)});
-  } else {
-    stages_.push_back({"segment", 0, "segment", {}});
-  }
-  size_t before = stages_.size() - 1;
-  const std::vector<BatchStep> steps = entries_.empty() ? DefaultSteps() : entries_.front().then;
-  for (const BatchStep& step : steps) {
-    stages_.push_back({step.command, 0, step.command, {before}});
-    if (step.command == "infer" || step.command == "reconstruct") before = stages_.size() - 1;
-  }
+}  // namespace
+
+std::string PieceFolder(const BatchEntry& entry, int piece) {
+  return piece == 1 ? entry.out : absl::StrCat(entry.out, ".pieces/", piece);
 }
 
-int64_t BatchPlan::LongestPiece(int64_t longest_drive_frames) const {
-  int64_t longest = 1;
-  for (const BatchEntry& entry : entries_) {
-    int64_t begin = 0;
-    for (const int64_t cut : entry.cuts) {
-      longest = std::max(longest, cut - begin);
-      begin = cut - kOverlapFrames;
-    }
-    longest = std::max(longest, longest_drive_frames - begin);
+std::string BookFolder(const BatchEntry& entry) {
+  const fs::path out = AbsolutePath(entry.out);
+  return (out.parent_path() / "egosieve_logs" / out.filename()).string();
+}
+
+std::string MasksPath(const BatchEntry& entry) { return absl::StrCat(entry.out, ".masks"); }
+
+absl::StatusOr<BatchPlan> BatchPlan::Create(std::vector<BatchEntry> entries) {
+  for (BatchEntry& entry : entries) {
+    EGOSIEVE_RETURN_IF_ERROR(Check(entry, entries.front()));
+    entry.path = AbsolutePath(entry.path);
+    entry.out = AbsolutePath(entry.out);
   }
-  return longest;
+  return BatchPlan(std::move(entries));
+}
+
+BatchPlan::BatchPlan(std::vector<BatchEntry> entries) : entries_(std::move(entries)) {
+  size_t pieces = 1;
+  for (const BatchEntry& entry : entries_) pieces = std::max(pieces, entry.cuts.size() + 1);
+  std::vector<size_t> before;
+  const auto add = [&](const std::string& command, bool is_needed) {
+    stages_.push_back({command, 0, command, before});
+    if (is_needed) before = {stages_.size() - 1};
+  };
+  if (pieces == 1) {
+    add("segment", true);
+  } else {
+    for (size_t i = 0; i < pieces; ++i) {
+      stages_.push_back({"segment", static_cast<int>(i) + 1, absl::StrCat("segment_", i + 1), {}});
+      before.push_back(i);
+    }
+    add("merge", true);
+  }
+  for (const BatchStep& step : entries_.front().then) {
+    add(step.command, step.command == "reconstruct");
+  }
 }
 
 // `piece`: number of the piece, or 0 if no drive is cut.
@@ -117,16 +156,6 @@ std::vector<std::string> BatchPlan::SegmentArguments(int piece, const BatchEntry
   return arguments;
 }
 
-std::vector<std::string> BatchPlan::MergeArguments(const BatchEntry& entry) const {
-  if (entry.cuts.empty()) return {};
-  std::vector<std::string> arguments = {"merge", entry.out};
-  for (size_t piece = 2; piece <= entry.cuts.size() + 1; ++piece) {
-    arguments.push_back(PieceFolder(entry, static_cast<int>(piece)));
-  }
-  arguments.push_back("--progress=none");
-  return arguments;
-}
-
 std::vector<std::string> BatchPlan::Arguments(size_t stage, size_t drive) const {
   const BatchEntry& entry = entries_[drive];
   const std::string& command = stages_[stage].command;
@@ -139,113 +168,115 @@ std::vector<std::string> BatchPlan::Arguments(size_t stage, size_t drive) const 
   if (command == "masks") {
     arguments.insert(arguments.end(), {"--out=" + MasksPath(entry), "--overwrite"});
   }
-  if (command == "reconstruct") arguments.push_back("--resume");
-  const std::vector<std::string> own = StepOf(stage, drive).flags;
+  const std::vector<std::string> own = FlagsOf(entry, command);
   arguments.insert(arguments.end(), own.begin(), own.end());
   if (command == "report") return arguments;
-  if (command != "segment" && command != "masks" && !Names(own, "device")) {
+  if ((command == "reconstruct" || command == "render") && !Names(own, "device")) {
     std::copy_if(entry.flags.begin(), entry.flags.end(), std::back_inserter(arguments),
                  [](const std::string& flag) { return absl::StartsWith(flag, "--device="); });
-  }
-  const bool takes_threads = command != "render" && command != "masks";
-  if (takes_threads && threads_ > 0 && !Names(entry.flags, "threads") && !Names(own, "threads")) {
-    arguments.push_back(absl::StrCat("--threads=", threads_));
   }
   arguments.push_back("--progress=none");
   return arguments;
 }
 
-BatchStep BatchPlan::StepOf(size_t stage, size_t drive) const {
-  const std::string& command = stages_[stage].command;
-  if (command == "merge") return {command, MergeArguments(entries_[drive])};
-  for (const BatchStep& step : entries_[drive].then) {
-    if (step.command == command) return step;
-  }
-  return {command, {}};
+std::string BatchPlan::BookPath(size_t stage, size_t drive, const char* suffix) const {
+  return absl::StrCat(BookFolder(entries_[drive]), "/", stages_[stage].name, suffix);
 }
 
-bool BatchPlan::IsDone(size_t stage, size_t drive, const DriveProgress& progress) const {
+std::string BatchPlan::Key(size_t stage, size_t drive) const {
+  const BatchEntry& entry = entries_[drive];
+  Json runs = Json::array(), steps = Json::array();
+  for (size_t piece = 1; piece <= entry.cuts.size() + 1; ++piece) {
+    const std::string finished = FinishedUtc(PieceFolder(entry, static_cast<int>(piece)));
+    if (finished.empty()) return "";
+    runs.push_back(finished);
+  }
+  // What was made of other masks is made again, so the key has the flags of the needed steps.
+  for (const size_t needed : stages_[stage].needs) {
+    if (stages_[needed].command == "reconstruct") steps.push_back(FlagsOf(entry, "reconstruct"));
+  }
+  steps.push_back(FlagsOf(entry, stages_[stage].command));
+  return Json({{"runs", runs}, {"cuts", entry.cuts}, {"flags", steps}})
+      .dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::optional<TaskRecord> BatchPlan::Record(size_t stage, size_t drive) const {
+  const std::string text = ReadFile(BookPath(stage, drive, ".json")).value_or("");
+  try {
+    const Json json = Json::parse(text);
+    return TaskRecord{json.at("key"), json.at("exit_code"), json.at("seconds"), json.at("reason")};
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  }
+}
+
+absl::Status BatchPlan::Enter(size_t stage, size_t drive, const TaskRecord& record) const {
+  const Json json = {{"key", record.key},
+                     {"exit_code", record.exit_code},
+                     {"seconds", record.seconds},
+                     {"reason", record.reason}};
+  return WriteFileAtomically(BookPath(stage, drive, ".json"),
+                             json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+bool BatchPlan::IsDone(size_t stage, size_t drive) const {
+  const BatchEntry& entry = entries_[drive];
+  const PlanStage& asked = stages_[stage];
   if (Arguments(stage, drive).empty()) return true;
-  const std::string& command = stages_[stage].command;
-  if (command == "segment" && stages_[stage].piece > 1) {
-    return IsSegmented(PieceFolder(entries_[drive], stages_[stage].piece));
+  if (asked.command == "segment") {
+    return !FinishedUtc(PieceFolder(entry, std::max(1, asked.piece))).empty();
   }
-  if (!progress.is_segmented) return false;
-  return command == "segment" ||
-         IsStepDone(entries_[drive], StepOf(stage, drive), progress.finished_utc);
-}
-
-absl::Status BatchPlan::NoteDone(int64_t task) const {
-  const size_t stage = static_cast<size_t>(task) / entries_.size();
-  const size_t drive = static_cast<size_t>(task) % entries_.size();
-  if (!IsNoted(stage)) return absl::OkStatus();
-  EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress, ReadDriveProgress(entries_[drive].out));
-  return NoteStepDone(entries_[drive], StepOf(stage, drive), progress.finished_utc);
+  const std::optional<TaskRecord> record = Record(stage, drive);
+  return record && record->is_good() && !record->key.empty() && record->key == Key(stage, drive) &&
+         HasProduct(entry, asked.command);
 }
 
 std::vector<size_t> BatchPlan::UnfinishedDrives() const {
   std::vector<size_t> drives;
   for (size_t drive = 0; drive < entries_.size(); ++drive) {
-    const absl::StatusOr<DriveProgress> progress = ReadDriveProgress(entries_[drive].out);
-    bool is_done = progress.ok();
-    for (size_t stage = 0; is_done && stage < stages_.size(); ++stage) {
-      is_done = IsDone(stage, drive, *progress);
+    for (size_t stage = 0; stage < stages_.size(); ++stage) {
+      if (IsDone(stage, drive)) continue;
+      drives.push_back(drive);
+      break;
     }
-    if (!is_done) drives.push_back(drive);
   }
   return drives;
 }
 
-absl::StatusOr<std::vector<std::string>> BatchPlan::ArgumentsOfReadyTask(int64_t task) const {
-  if (!(task >= 0 && task < task_count())) {
-    return absl::OutOfRangeError(
-        absl::StrCat("--task=", task, ": the plan has tasks 0 to ", task_count() - 1));
-  }
-  const size_t stage = static_cast<size_t>(task) / entries_.size();
-  const size_t drive = static_cast<size_t>(task) % entries_.size();
-  const std::string& out = entries_[drive].out;
-  EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress, ReadDriveProgress(out));
-  if (Arguments(stage, drive).empty()) return std::vector<std::string>();
+std::optional<size_t> BatchPlan::MissingStage(size_t stage, size_t drive) const {
   for (const size_t needed : stages_[stage].needs) {
-    if (!IsDone(needed, drive, progress)) {
-      return absl::FailedPreconditionError(
-          absl::StrCat("the task '", stages_[needed].name, "' of ", out,
-                       " is not done; run it first: --task=", TaskNumber(needed, drive)));
-    }
+    if (!IsDone(needed, drive)) return needed;
   }
-  if (IsNoted(stage) && IsDone(stage, drive, progress)) return std::vector<std::string>();
-  return Arguments(stage, drive);
+  return std::nullopt;
 }
 
-std::string PieceFolder(const BatchEntry& entry, int piece) {
-  return piece == 1 ? entry.out : absl::StrCat(entry.out, ".pieces/", piece);
-}
-
-absl::Status CheckCuts(const std::vector<BatchEntry>& entries) {
-  for (const BatchEntry& entry : entries) {
-    for (const char* flag : {"from", "to", "max_frames", "learn_only"}) {
-      if (!entry.cuts.empty() && Sets(entry.flags, flag)) {
-        return absl::InvalidArgumentError(absl::StrCat(entry.out, " is learnt in pieces, which --",
-                                                       flag, " excludes; leave one of them out"));
-      }
-    }
+absl::StatusOr<int> BatchPlan::Run(size_t stage, size_t drive, const std::string& program,
+                                   bool to_log, const std::function<bool()>& stop_requested) const {
+  std::vector<std::string> words = Arguments(stage, drive);
+  if (words.empty() || (stages_[stage].command != "segment" && IsDone(stage, drive))) return 0;
+  words.insert(words.begin(), program);
+  const std::string log = to_log ? BookPath(stage, drive, ".log") : "";
+  const std::string key = Key(stage, drive);
+  if (const auto before = Record(stage, drive);
+      stages_[stage].command == "reconstruct" && before && before->key == key) {
+    words.push_back("--resume");
   }
-  return absl::OkStatus();
-}
-
-absl::Status BecomeProgram(const std::string& program, std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), program);
-  std::vector<char*> pointers;
-  for (std::string& argument : arguments) pointers.push_back(argument.data());
-  pointers.push_back(nullptr);
-  std::cout.flush();
-  std::cerr.flush();
-  dup2(StderrDescriptor(), STDERR_FILENO);
-  // A signal that arrives from here on is held until the program catches it.
-  HoldInterruptions();
-  if (InterruptionRequested()) return absl::CancelledError("interrupted; nothing was begun");
-  execv(program.c_str(), pointers.data());
-  return absl::UnavailableError(absl::StrCat("cannot start ", program, ": ", std::strerror(errno)));
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(BookFolder(entries_[drive])));
+  EGOSIEVE_RETURN_IF_ERROR(Enter(stage, drive, {key, TaskRecord::kBegun, 0.0, ""}));
+  const auto start = std::chrono::steady_clock::now();
+  const absl::StatusOr<int> code = RunChild({words, {}, log}, stop_requested);
+  constexpr int kInterrupted = static_cast<int>(ExitCode::kInterrupted);
+  // 143: the signal came before the program could catch it.
+  if (code.ok() && (*code == kInterrupted || (*code == 143 && stop_requested()))) {
+    return kInterrupted;
+  }
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  const int exit_code = code.ok() ? *code : static_cast<int>(ExitCodeForStatus(code.status()));
+  const std::string reason = !code.ok()       ? std::string(code.status().message())
+                             : exit_code != 0 ? Reason(log, exit_code)
+                                              : "";
+  EGOSIEVE_RETURN_IF_ERROR(Enter(stage, drive, {key, exit_code, seconds.count(), reason}));
+  return code;
 }
 
 }  // namespace egosieve::tools

@@ -1,9 +1,7 @@
 #include "tools/batch/slurm.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "absl/strings/ascii.h"
@@ -15,46 +13,44 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/runtime/cache_folder.h"
+#include "tools/cli/child_process.h"
 #include "tools/cli/interruption.h"
 #include "tools/run_folder/run_folder.h"
-#include "tools/suite/child_process.h"
 
 namespace egosieve::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
+// What a job runs: task.sh PROGRAM PLAN FIRST, where FIRST is the task of the array's element 0.
+constexpr char kTaskScript[] = R"sh(#!/bin/bash
+# USR1: the time limit is near; the task ends with what it wrote whole, and is queued again.
+task= asked= again=
+end() { asked=yes; [ -z "$task" ] || kill -TERM $task; }
+trap 'again=yes; end' USR1
+trap end TERM
+[ -z "$SLURM_CPUS_PER_TASK" ] || export EGOSIEVE_THREADS=$SLURM_CPUS_PER_TASK
+"$1" batch "$2" --task=$(($3 + SLURM_ARRAY_TASK_ID)) &
+task=$!
+[ -z "$asked" ] || end # a signal that came before its number was known
+while kill -0 $task 2>/dev/null; do wait $task; done
+wait $task
+code=$?
+# 143: the signal came before the program could catch it.
+if [ -n "$again" ] && { [ "$code" -eq 130 ] || [ "$code" -eq 143 ]; }; then
+  exec scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
+fi
+[ "$code" -ne 4 ] || code=0 # finished, some frames failed: the table names them
+exit "$code"
+)sh";
 
-constexpr double kTimeShare = 2.0, kMemoryShare = 1.5;
-constexpr int64_t kMebibyte = 1 << 20, kMemoryStep = 128;
-
-// Quotes text for a shell.
-std::string Quoted(const std::string& text) {
-  return absl::StrCat("'", absl::StrReplaceAll(text, {{"'", "'\\''"}}), "'");
-}
-
-// "segment", "segment_2"
-std::string FileName(const PlanStage& stage) {
-  return stage.piece > 0 ? absl::StrCat(stage.command, "_", stage.piece) : stage.command;
-}
-
-// The end of the names of a folder's jobs, by which they are found again: a hash (FNV-1a).
+// The end of the names of a folder's jobs, by which they are found again.
 std::string JobSuffix(const std::string& folder) {
-  uint64_t hash = 14695981039346656037u;
-  for (const char letter : AbsolutePath(folder)) {
-    hash = (hash ^ static_cast<unsigned char>(letter)) * 1099511628211u;
-  }
-  return absl::StrFormat("-%016x", hash);
+  return absl::StrFormat("-%016x", kernels::HashBytes(AbsolutePath(folder)));
 }
 
 bool HasControlCharacter(const std::string& text) {
   return std::any_of(text.begin(), text.end(),
                      [](char letter) { return absl::ascii_iscntrl(letter); });
-}
-
-// A line of sbatch's options: it reads words as a shell does, within double quotes.
-std::string SbatchLine(const std::string& word) {
-  return absl::StrCat("#SBATCH \"", absl::StrReplaceAll(word, {{"\\", "\\\\"}, {"\"", "\\\""}}),
-                      "\"\n");
 }
 
 // "0-3,7"
@@ -68,33 +64,6 @@ std::string Ranges(const std::vector<size_t>& numbers) {
     i = end;
   }
   return absl::StrJoin(ranges, ",");
-}
-
-Json FlagsToJson(const std::vector<std::string>& words) {
-  Json flags = Json::object();
-  for (const std::string& word : words) {
-    const std::pair<std::string, std::string> parts =
-        absl::StrSplit(word.substr(2), absl::MaxSplits('=', 1));
-    flags[parts.first] = absl::StrContains(word, '=') ? parts.second : "true";
-  }
-  return flags;
-}
-
-std::string ToManifest(const std::vector<BatchEntry>& entries) {
-  Json drives = Json::array();
-  for (const BatchEntry& entry : entries) {
-    Json drive = {{"path", AbsolutePath(entry.path)},
-                  {"out", AbsolutePath(entry.out)},
-                  {"flags", FlagsToJson(entry.flags)},
-                  {"then", Json::array()}};
-    if (!entry.cuts.empty()) drive["cuts"] = entry.cuts;
-    for (const BatchStep& step : entry.then) {
-      drive["then"].push_back(step.command);
-      if (!step.flags.empty()) drive[step.command] = FlagsToJson(step.flags);
-    }
-    drives.push_back(std::move(drive));
-  }
-  return drives.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 // The output of a Slurm program; Unavailable, with its message, if it failed.
@@ -138,54 +107,57 @@ absl::Status CancelJobs(const std::string& folder, const absl::Status& cause) {
                                    " may be left, cancel them: ", cancelled.message()));
 }
 
-// The job's number, on the last line: warnings may precede it.
-absl::StatusOr<std::string> Submit(const std::string& script, const std::string& dependency,
-                                   const std::string& folder) {
-  std::vector<std::string> words = {"sbatch", "--parsable"};
-  if (!dependency.empty()) {
-    words.insert(words.end(), {"--dependency=" + dependency, "--kill-on-invalid-dep=yes"});
-  }
-  words.push_back(script);
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string said, Call(std::move(words), folder));
-  const std::vector<std::string> lines = absl::StrSplit(said, '\n');
-  const std::string job = lines.back().substr(0, lines.back().find(';'));
-  int64_t number = 0;
-  if (!absl::SimpleAtoi(job, &number)) {
-    return absl::UnavailableError(absl::StrCat("sbatch printed no job number but: ", said));
-  }
-  return job;
-}
-
-// Submits the array's script and adds its job to jobs.json.
-absl::Status SubmitArray(const BatchPlan& plan, const std::vector<std::string>& job_of_stage,
-                         const std::string& folder, SlurmArray& array, Json& jobs) {
+// Submits the array of a stage for these drives, which share one array.
+absl::StatusOr<std::string> Submit(const BatchPlan& plan, size_t stage,
+                                   const std::vector<size_t>& drives,
+                                   const std::vector<std::string>& job_of_stage,
+                                   const SlurmOptions& options) {
   if (InterruptionRequested()) {
     return absl::CancelledError("interrupted; the jobs submitted before are cancelled");
   }
-  const PlanStage& stage = plan.stages()[array.stage];
-  std::string dependency;
-  for (const size_t needed : stage.needs) {
-    absl::StrAppend(&dependency, dependency.empty() ? "aftercorr" : "", ":", job_of_stage[needed]);
+  const size_t first = drives.front() - drives.front() % options.largest_array;
+  std::vector<size_t> elements;
+  for (const size_t drive : drives) elements.push_back(drive - first);
+  const std::string& name = plan.stages()[stage].name;
+  std::vector<std::string> words = {
+      "sbatch",
+      "--parsable",
+      absl::StrCat("--job-name=egosieve-", name, JobSuffix(options.folder)),
+      "--array=" + Ranges(elements),
+      "--requeue",
+      "--open-mode=append",
+      "--signal=B:USR1@60",
+      absl::StrCat("--output=", absl::StrReplaceAll(options.folder, {{"%", "%%"}}), "/", name,
+                   first > 0 ? absl::StrCat("_from_", first) : "", ".%a.log")};
+  words.insert(words.end(), options.sbatch.begin(), options.sbatch.end());
+  std::vector<std::string> needs;
+  for (const size_t needed : plan.stages()[stage].needs) needs.push_back(job_of_stage[needed]);
+  if (!needs.empty()) {
+    words.insert(words.end(), {"--dependency=aftercorr:" + absl::StrJoin(needs, ":"),
+                               "--kill-on-invalid-dep=yes"});
   }
-  jobs.push_back({{"stage", stage.name}, {"job", ""}});  // sbatch may fail after it has submitted
-  EGOSIEVE_ASSIGN_OR_RETURN(array.job, Submit(array.script, dependency, folder));
-  jobs.back()["job"] = array.job;
-  return WriteFileAtomically(folder + "/jobs.json", jobs.dump(1));
+  words.insert(words.end(),
+               {options.folder + "/task.sh", options.program, options.folder + "/submitted.json",
+                absl::StrCat(plan.TaskNumber(stage, first))});
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string said, Call(std::move(words), options.folder));
+  // The job's number is on the last line: warnings may precede it.
+  const std::vector<std::string> lines = absl::StrSplit(said, '\n');
+  const std::string job = lines.back().substr(0, lines.back().find(';'));
+  int64_t number = 0;
+  if (absl::SimpleAtoi(job, &number)) return job;
+  return absl::UnavailableError(absl::StrCat("sbatch printed no job number but: ", said));
 }
 
 }  // namespace
 
 absl::Status SlurmOptions::Validate() const {
-  if (program.empty() || folder.empty()) {
-    return absl::InvalidArgumentError("program and folder must not be empty");
-  }
   if (HasControlCharacter(folder) || absl::StrContains(folder, '\\')) {
     return absl::InvalidArgumentError(
         absl::StrCat("Slurm cannot write logs into ", folder,
                      ": no backslash or line break may be in its path; name another folder"));
   }
   for (const std::string& option : sbatch) {
-    if (!absl::StartsWith(option, "-") || HasControlCharacter(option)) {
+    if (!absl::StartsWith(option, "-")) {
       return absl::InvalidArgumentError(
           absl::StrCat("--sbatch: '", option, "' is no option; give, say, --partition=long"));
     }
@@ -197,79 +169,7 @@ absl::Status SlurmOptions::Validate() const {
       }
     }
   }
-  if (largest_array < 1) return absl::InvalidArgumentError("largest_array must be at least 1");
   return absl::OkStatus();
-}
-
-TaskRequest RequestFor(const BatchPlan& plan, size_t stage, const BatchCost& cost,
-                       const SlurmOptions& options) {
-  const PlanStage& asked = plan.stages()[stage];
-  const auto seconds_of = [&](const std::string& command) {
-    const auto measured = cost.seconds_per_frame.find(command);
-    return measured == cost.seconds_per_frame.end() ? 0.0 : measured->second;
-  };
-  const int64_t frames =
-      asked.piece > 0 ? plan.LongestPiece(cost.longest_drive_frames) : cost.longest_drive_frames;
-  const double seconds =
-      seconds_of(asked.command) * static_cast<double>(std::max(frames, cost.measured_frames));
-  const double steps = kMemoryShare * static_cast<double>(cost.peak_memory_bytes) /
-                       static_cast<double>(kMemoryStep * kMebibyte);
-  return {options.longest_wait_minutes + static_cast<int64_t>(std::ceil(kTimeShare * seconds / 60)),
-          kMemoryStep * static_cast<int64_t>(std::ceil(steps))};
-}
-
-std::string SlurmScript(const BatchPlan& plan, size_t stage, const std::vector<size_t>& drives,
-                        const TaskRequest& request, const SlurmOptions& options) {
-  const size_t first = drives.front() - drives.front() % options.largest_array;
-  std::vector<size_t> elements;
-  for (const size_t drive : drives) elements.push_back(drive - first);
-  const std::string name = FileName(plan.stages()[stage]);
-  std::string script =
-      absl::StrCat("#!/bin/bash\n#SBATCH --job-name=egosieve-", name, JobSuffix(options.folder),
-                   "\n#SBATCH --array=", Ranges(elements), "\n#SBATCH --time=", request.minutes,
-                   "\n#SBATCH --mem=", request.memory_mebibytes, "M");
-  if (plan.threads() > 0) absl::StrAppend(&script, "\n#SBATCH --cpus-per-task=", plan.threads());
-  absl::StrAppend(
-      &script, "\n#SBATCH --requeue --open-mode=append --signal=B:USR1@60\n",
-      SbatchLine(absl::StrCat("--output=", absl::StrReplaceAll(options.folder, {{"%", "%%"}}), "/",
-                              name, first > 0 ? absl::StrCat("_", first) : "", ".%a.log")));
-  for (const std::string& option : options.sbatch) absl::StrAppend(&script, SbatchLine(option));
-  absl::StrAppend(&script, R"sh(
-# USR1: the time limit is near; the task ends with what it wrote whole, and is queued again.
-task= asked= again=
-end() { asked=yes; [ -z "$task" ] || kill -TERM $task; }
-trap 'again=yes; end' USR1
-trap end TERM
-)sh",
-                  Quoted(options.program), " batch ", Quoted(options.folder + "/drives.json"));
-  if (plan.threads() > 0) absl::StrAppend(&script, " --cpus=", plan.threads());
-  absl::StrAppend(&script, " --task=$((", plan.TaskNumber(stage, first),
-                  R"sh( + SLURM_ARRAY_TASK_ID)) &
-task=$!
-[ -z "$asked" ] || end # a signal that came before its number was known
-while kill -0 $task 2>/dev/null; do wait $task; done
-wait $task
-code=$?
-# 143: the signal came before the program could catch it.
-if [ -n "$again" ] && { [ "$code" -eq 130 ] || [ "$code" -eq 143 ]; }; then
-  exec scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
-fi
-[ "$code" -ne 4 ] || code=0 # finished, some frames failed: the table names them
-exit "$code"
-)sh");
-  return script;
-}
-
-std::string SubmittedJobs(const std::string& folder) {
-  const absl::StatusOr<std::string> text = ReadFile(folder + "/jobs.json");
-  const Json json = Json::parse(text.value_or(""), nullptr, false);
-  std::vector<std::string> jobs;
-  if (json.is_array()) {
-    for (const Json& array : json) {
-      if (array.is_object()) jobs.push_back(array.value("job", ""));
-    }
-  }
-  return absl::StrJoin(jobs, ",");
 }
 
 absl::Status CheckNothingIsQueued(const std::string& folder) {
@@ -284,34 +184,24 @@ absl::Status CheckNothingIsQueued(const std::string& folder) {
 
 absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
                                                       const std::vector<size_t>& drives,
-                                                      const BatchCost& cost,
                                                       const SlurmOptions& options) {
+  if (drives.empty()) return std::vector<SlurmArray>();
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options.folder));
+  EGOSIEVE_RETURN_IF_ERROR(CheckNothingIsQueued(options.folder));
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(options.folder + "/task.sh", kTaskScript));
   EGOSIEVE_RETURN_IF_ERROR(
-      WriteFileAtomically(options.folder + "/drives.json", ToManifest(plan.entries())));
+      WriteFileAtomically(options.folder + "/submitted.json", ToManifest(plan.entries())));
   std::map<size_t, std::vector<size_t>> blocks;  // of drives that share arrays, by number
-  for (const size_t drive : drives) {
-    blocks[drive / options.largest_array].push_back(drive);
-  }
+  for (const size_t drive : drives) blocks[drive / options.largest_array].push_back(drive);
   std::vector<SlurmArray> arrays;
-  Json jobs = Json::array();
   for (const auto& [block, members] : blocks) {
     std::vector<std::string> job_of_stage;
     for (size_t stage = 0; stage < plan.stages().size(); ++stage) {
-      SlurmArray array = {stage, static_cast<int64_t>(members.size()),
-                          absl::StrCat(options.folder, "/", FileName(plan.stages()[stage]),
-                                       block > 0 ? absl::StrCat("_", block) : "", ".sh"),
-                          ""};
-      const std::string script =
-          SlurmScript(plan, stage, members, RequestFor(plan, stage, cost, options), options);
-      absl::Status status = WriteFileAtomically(array.script, script);
-      if (status.ok() && options.submit) {
-        status = SubmitArray(plan, job_of_stage, options.folder, array, jobs);
-      }
-      if (!status.ok()) return jobs.empty() ? status : CancelJobs(options.folder, status);
-      job_of_stage.push_back(array.job);
-      arrays.push_back(std::move(array));
+      const absl::StatusOr<std::string> job = Submit(plan, stage, members, job_of_stage, options);
+      // sbatch may fail after it has submitted.
+      if (!job.ok()) return CancelJobs(options.folder, job.status());
+      job_of_stage.push_back(*job);
+      arrays.push_back({stage, static_cast<int64_t>(members.size()), *job});
     }
   }
   return arrays;

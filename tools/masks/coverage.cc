@@ -1,10 +1,19 @@
 #include "tools/masks/coverage.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "tools/evaluation/roc.h"
 
 namespace egosieve::tools {
+namespace {
+
+double Share(int64_t part, int64_t whole) {
+  return static_cast<double>(part) / static_cast<double>(std::max<int64_t>(whole, 1));
+}
+
+}  // namespace
+
 absl::StatusOr<Coverage> Coverage::Open(const std::string& truth, const std::string& input,
                                         cv::Size first_size) {
   Coverage coverage;
@@ -31,9 +40,9 @@ absl::Status Coverage::Add(int64_t index, const cv::Mat1b& masked) {
   return absl::OkStatus();
 }
 
-double Coverage::MovingMasked() const { return Ratio(moving_masked_, moving_).value_or(0.0); }
+double Coverage::MovingMasked() const { return Share(moving_masked_, moving_); }
 
-double Coverage::RestMasked() const { return Ratio(rest_masked_, rest_).value_or(0.0); }
+double Coverage::RestMasked() const { return Share(rest_masked_, rest_); }
 
 std::string Coverage::Describe() const {
   return absl::StrFormat("masked: %.3f of what moves, %.3f of the rest, in %d frames",

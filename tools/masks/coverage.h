@@ -7,13 +7,13 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "tools/evaluate/truth_masks.h"
+#include "tools/masks/truth_masks.h"
 
 namespace egosieve::tools {
 
 class Coverage {
  public:
-  // truth: a folder of masks (tools/evaluate/truth_masks.h) for the frames of `input`, whose first
+  // truth: a folder of masks (tools/masks/truth_masks.h) for the frames of `input`, whose first
   // frame has the size `first_size`; empty: none.
   static absl::StatusOr<Coverage> Open(const std::string& truth, const std::string& input,
                                        cv::Size first_size);

@@ -1,8 +1,10 @@
 #include "tools/merge/taken_maps.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <optional>
+#include <system_error>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -13,6 +15,8 @@
 
 namespace egosieve::tools {
 namespace {
+
+namespace fs = std::filesystem;
 
 // The first frame that `segment` was asked for.
 std::string BeginIn(const RunDescription& description) {
@@ -26,15 +30,21 @@ std::string LengthIn(const RunDescription& description) {
   return text.substr(std::min(text.find('-'), text.size()));
 }
 
-absl::Status CopyMaps(const RunFolder& from, const RunFolder& to, int64_t index) {
+// The files are one on the disk afterwards; each folder may be removed.
+absl::Status LinkMaps(const RunFolder& from, const RunFolder& to, int64_t index) {
   for (const MapFile& file : kMapFiles) {
-    const absl::StatusOr<std::string> png =
-        ReadFile(from.FrameFile(file.folder, index, file.suffix));
-    if (absl::IsNotFound(png.status())) continue;  // a run without a deviation or potential
-    EGOSIEVE_RETURN_IF_ERROR(png.status());
+    const std::string map = from.FrameFile(file.folder, index, file.suffix);
+    const std::string link = to.FrameFile(file.folder, index, file.suffix);
+    std::error_code error;
+    if (!fs::exists(map, error)) continue;  // a run without a deviation or potential
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder(to.File(file.folder)));
-    EGOSIEVE_RETURN_IF_ERROR(
-        WriteFileAtomically(to.FrameFile(file.folder, index, file.suffix), *png));
+    fs::remove(link, error);  // of a map that is not whole
+    fs::create_hard_link(map, link, error);
+    if (error) {
+      return absl::UnavailableError(
+          absl::StrCat("cannot link ", map, " as ", link, ": ", error.message(),
+                       "; the pieces must lie on one file system, and one that has links"));
+    }
   }
   return absl::OkStatus();
 }
@@ -85,7 +95,7 @@ absl::StatusOr<int64_t> TakeMaps(const RunFolder& target, const RunDescription& 
     const bool has_map = line.has_map() && folder.HoldsMaps(line, other);
     if (!has_map && has_line) continue;
     if (has_map) {
-      EGOSIEVE_RETURN_IF_ERROR(CopyMaps(folder, target, line.index));
+      EGOSIEVE_RETURN_IF_ERROR(LinkMaps(folder, target, line.index));
       ++taken;
     } else {
       line.width_pixels = line.height_pixels = 0;

@@ -18,8 +18,9 @@ namespace egosieve::tools {
 // of.
 absl::Status CheckPiece(const RunDescription& description, const std::string& source);
 
-// Copies the maps and lines that `target`, whose description is `description`, lacks; returns the
-// number of frames whose maps were copied. Cancelled if interrupted.
+// Links the maps that `target`, whose description is `description`, lacks, and takes over their
+// lines; returns the number of frames whose maps were linked. Unavailable if the folders lie on
+// different file systems; Cancelled if interrupted.
 absl::StatusOr<int64_t> TakeMaps(const RunFolder& target, const RunDescription& description,
                                  const std::string& source, const ProgressFlag& flag);
 

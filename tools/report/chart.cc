@@ -245,17 +245,17 @@ Chart CalibrationChart(const ChartBuilder& builder) {
   return chart;
 }
 
-Chart AucChart(const Evaluation& evaluation, int64_t max_points) {
+Chart AucChart(const EvaluationFile& evaluation, int64_t max_points) {
   Chart chart{"auc", "Area under the ROC curve",
               "Against the truth, frame by frame; frames whose truth has one class have none.",
               "AUC"};
   chart.from_zero = false;
   // The evaluated frames as lines, to be averaged like the others.
   std::vector<FrameLine> lines;
-  for (const FrameScores& frame : evaluation.frames) {
+  for (const EvaluatedFrame& frame : evaluation.frames) {
     lines.emplace_back();
     lines.back().index = frame.index;
-    lines.back().dynamic_share = frame.auc.value_or(kNone);
+    lines.back().dynamic_share = frame.auc;
   }
   ChartBuilder(lines, max_points)
       .AddSeries(
@@ -275,7 +275,7 @@ bool HasPoint(const Chart& chart) {
 }  // namespace
 
 std::vector<Chart> MakeCharts(absl::Span<const FrameLine> lines,
-                              const std::optional<Evaluation>& evaluation, int64_t max_points) {
+                              const std::optional<EvaluationFile>& evaluation, int64_t max_points) {
   const ChartBuilder builder(lines, max_points);
   std::vector<Chart> charts;
   if (evaluation) {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "absl/types/span.h"
-#include "tools/evaluate/evaluation.h"
+#include "tools/report/evaluation_file.h"
 #include "tools/run_folder/frame_line.h"
 
 namespace egosieve::tools {
@@ -33,7 +33,7 @@ struct Chart {
 
 // Charts without a finite point are left out. Needs at least one frame.
 std::vector<Chart> MakeCharts(absl::Span<const FrameLine> lines,
-                              const std::optional<Evaluation>& evaluation, int64_t max_points);
+                              const std::optional<EvaluationFile>& evaluation, int64_t max_points);
 
 // The data for the page's script.
 nlohmann::ordered_json ToJson(const Chart& chart);

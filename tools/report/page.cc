@@ -1,6 +1,7 @@
 #include "tools/report/page.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -87,10 +88,6 @@ std::string Header(const ReportContent& content) {
     absl::StrAppend(&html, ", ended ", EscapeHtml(description.finished_utc));
   }
   absl::StrAppend(&html, "</p>\n", OtherDevices(content.lines), FarApart(content));
-  if (!description.maps_from.empty()) {
-    absl::StrAppend(&html, "<p>maps from the models of ", EscapeHtml(description.maps_from),
-                    "</p>\n");
-  }
   if (!description.ended_message.empty()) {
     absl::StrAppend(&html, "<p><b>", EscapeHtml(description.ended_message), "</b></p>\n");
   }
@@ -115,8 +112,8 @@ std::string Tiles(const ReportContent& content) {
   std::string html = "<section class=\"tiles\">\n";
   absl::StrAppend(&html, Tile(absl::StrCat(frames - failed), "frames answered"),
                   Tile(absl::StrCat(learnt), "learnt from"), Tile(absl::StrCat(failed), "failed"));
-  if (content.evaluation && content.evaluation->pooled_auc) {
-    absl::StrAppend(&html, Tile(absl::StrFormat("%.3f", *content.evaluation->pooled_auc),
+  if (content.evaluation && std::isfinite(content.evaluation->pooled_auc)) {
+    absl::StrAppend(&html, Tile(absl::StrFormat("%.3f", content.evaluation->pooled_auc),
                                 "pooled AUC against the truth"));
   }
   if (frames > 0) {
@@ -273,9 +270,9 @@ std::string NotLearnt(absl::Span<const FrameLine> lines) {
   return absl::StrCat(html, "</table></div>\n");
 }
 
-std::string EvaluationTable(const Evaluation& evaluation) {
-  const auto number = [](const std::optional<double>& value) {
-    return value ? absl::StrFormat("%.4f", *value) : std::string("none");
+std::string EvaluationTable(const EvaluationFile& evaluation) {
+  const auto number = [](double value) {
+    return std::isfinite(value) ? absl::StrFormat("%.4f", value) : std::string("none");
   };
   std::string html = absl::StrCat(
       "<h2>Evaluation</h2>\n<p>Pooled AUC <b>", number(evaluation.pooled_auc),
@@ -288,7 +285,7 @@ std::string EvaluationTable(const Evaluation& evaluation) {
                   "<details><summary>Frame by frame</summary><div class=\"scroll\"><table><tr><th "
                   "class=\"number\">frame</th><th class=\"number\">dynamic pixels</th><th "
                   "class=\"number\">static pixels</th><th class=\"number\">AUC</th></tr>\n");
-  for (const FrameScores& frame : evaluation.frames) {
+  for (const EvaluatedFrame& frame : evaluation.frames) {
     absl::StrAppend(&html, "<tr><td class=\"number\">", frame.index, "</td><td class=\"number\">",
                     frame.dynamic_pixels, "</td><td class=\"number\">", frame.static_pixels,
                     "</td><td class=\"number\">", number(frame.auc), "</td></tr>\n");

@@ -12,7 +12,7 @@
 
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
-#include "tools/evaluate/evaluation.h"
+#include "tools/report/evaluation_file.h"
 #include "tools/run_folder/frame_line.h"
 #include "tools/run_folder/run_description.h"
 
@@ -27,7 +27,7 @@ struct ReportPicture {
 struct ReportContent {
   RunDescription description;
   std::vector<FrameLine> lines;
-  std::optional<Evaluation> evaluation;
+  std::optional<EvaluationFile> evaluation;
   std::string tracks;  // the text of tracks.csv; empty if there is none
   std::string video;   // the overlay video's path from the page; empty if there is none
   std::vector<ReportPicture> pictures;

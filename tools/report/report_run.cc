@@ -117,13 +117,13 @@ absl::StatusOr<ExitCode> RunReport(const ReportOptions& options) {
   EGOSIEVE_ASSIGN_OR_RETURN(content.lines, folder.ReadLines());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string evaluation, ReadIfThere(folder, "eval.json"));
   if (!evaluation.empty()) {
-    absl::StatusOr<Evaluation> parsed = EvaluationFromText(evaluation);
+    absl::StatusOr<EvaluationFile> parsed = ParseEvaluation(evaluation);
     if (parsed.ok()) {
       content.evaluation = *std::move(parsed);
     } else {
       Warn(absl::StrCat("the report has no evaluation: ", folder.File("eval.json"),
                         " cannot be used: ", parsed.status().message(),
-                        "; run egosieve evaluate again"));
+                        "; run egosieve-eval again"));
     }
   }
   EGOSIEVE_ASSIGN_OR_RETURN(content.tracks, ReadIfThere(folder, "tracks.csv"));

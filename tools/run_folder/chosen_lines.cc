@@ -16,10 +16,10 @@ bool LacksMap(const FrameLine& line) {
 
 // The command that makes the missing maps.
 std::string Remedy(const RunFolder& folder, const RunDescription& description) {
-  if (!description.maps_from.empty()) {
-    return absl::StrCat("egosieve infer ", description.maps_from, " --out=", folder.path());
+  const auto every = description.flags.find("every");
+  if (every != description.flags.end() && every->second != "1") {
+    return "egosieve segment, without --every,";
   }
-  if (KeepsModels(description)) return absl::StrCat("egosieve infer ", folder.path());
   return absl::StrCat("egosieve segment --resume --out=", folder.path(),
                       " with its input and flags");
 }

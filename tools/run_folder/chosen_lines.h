@@ -1,5 +1,4 @@
-// The frames of a run that a command works on, and messages about frames without a map: in a run
-// with --learn_only or --every, infer makes the missing maps later.
+// The frames of a run that a command works on, and messages about frames without a map.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_CHOSEN_LINES_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_CHOSEN_LINES_H_
 
@@ -29,8 +28,8 @@ absl::Status CheckMaps(const RunFolder& folder, const RunDescription& descriptio
 // The same for the whole run.
 absl::Status CheckMaps(const RunFolder& folder);
 
-// "5 of 8 frames have no map; egosieve infer DIR makes them". Counts only frames that could be
-// read. "" if all have a map.
+// "5 of 8 frames have no map; egosieve segment --resume ... makes them". Counts only frames that
+// could be read. "" if all have a map.
 std::string DescribeMissingMaps(const RunFolder& folder, const RunDescription& description,
                                 absl::Span<const FrameLine> lines);
 

@@ -4,8 +4,15 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 
 namespace egosieve::tools {
+namespace {
+
+// A mask that expects to be more wrong than right.
+constexpr double kLeastOverlap = 0.5;
+
+}  // namespace
 
 std::string WithoutNumbers(absl::string_view reason) {
   std::string text;
@@ -20,7 +27,13 @@ std::string WithoutNumbers(absl::string_view reason) {
 }
 
 std::string DoubtOf(const FrameLine& line) {
-  return line.outcome == FrameLine::Outcome::kFailed ? line.reason : line.doubt;
+  if (line.outcome == FrameLine::Outcome::kFailed) return line.reason;
+  if (line.doubt.empty() && line.expected_overlap < kLeastOverlap) {
+    return absl::StrFormat(
+        "the map's probabilities expect an IoU of %.2f between its mask and what moves",
+        line.expected_overlap);
+  }
+  return line.doubt;
 }
 
 void ReasonKinds::Add(const std::string& reason) {

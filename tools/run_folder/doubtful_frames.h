@@ -11,7 +11,8 @@
 
 namespace egosieve::tools {
 
-// Why the frame is unreliable; empty if it is reliable.
+// Why the frame is unreliable: its labels are, or its map expects to be more wrong than right.
+// Empty if it is reliable.
 std::string DoubtOf(const FrameLine& line);
 
 // Turns "only 17 of 300 features" into "only # of # features", to group reasons of one kind.

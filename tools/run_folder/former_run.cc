@@ -41,7 +41,6 @@ const std::vector<FrameFolder>& FrameFolders() {
       {"masks", {".png"}},
       {"ids", {".png"}},
       {"render", {".png"}},
-      {"steps", {".npz"}},
       {"model", {".npz"}}};
   return folders;
 }
@@ -102,7 +101,8 @@ absl::Status RemoveFiles(const fs::path& root, const std::string& folder, const 
 // Resolves all links; of a path that does not exist, those of its existing part.
 fs::path Canonical(const fs::path& path) {
   std::error_code error;
-  fs::path canonical = fs::weakly_canonical(path, error);
+  // (of a relative path that does not exist, weakly_canonical alone gives a relative one)
+  fs::path canonical = fs::weakly_canonical(fs::absolute(path), error);
   return error ? fs::absolute(path).lexically_normal() : canonical;
 }
 

@@ -134,6 +134,7 @@ Json ToJson(const FrameLine& line) {
             {"factor_rebuilt", line.factor_rebuilt},
             {"jitter", line.jitter},
             {"dynamic_share", line.dynamic_share},
+            {"expected_overlap", line.expected_overlap},
             {"clamped_variances", line.clamped_variances},
             {"saturated_deviations", line.saturated_deviations}};
   if (!line.map_device.empty()) json["map_device"] = line.map_device;
@@ -176,6 +177,7 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
   fields.Read("factor_rebuilt", line.factor_rebuilt);
   fields.Read("jitter", line.jitter);
   fields.Read("dynamic_share", line.dynamic_share);
+  fields.ReadIfThere("expected_overlap", line.expected_overlap);
   fields.Read("clamped_variances", line.clamped_variances);
   fields.Read("saturated_deviations", line.saturated_deviations);
   fields.ReadIfThere("map_device", line.map_device);

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -61,8 +62,11 @@ struct FrameLine {
   double b = 0.0;
   double log_likelihood_per_point = 0.0;  // of the training subset; 0 where no step was taken
   bool factor_rebuilt = false;
-  double jitter = 0.0;               // added to the noise variance so that the factor exists
-  double dynamic_share = 0.0;        // share of the grid's pixels with a probability of 1/2 or more
+  double jitter = 0.0;         // added to the noise variance so that the factor exists
+  double dynamic_share = 0.0;  // share of the grid's pixels with a probability of 1/2 or more
+  // Intersection over union of the map's mask with the true one, expected by the map's own
+  // probabilities; NaN: no map.
+  double expected_overlap = std::numeric_limits<double>::quiet_NaN();
   int64_t clamped_variances = 0;     // negative from rounding, set to 0
   int64_t saturated_deviations = 0;  // above full scale in the deviation map
   std::string map_device;            // that made the map; empty, in the log absent: the run's

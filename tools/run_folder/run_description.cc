@@ -48,14 +48,6 @@ std::string Difference(const std::string& what, const std::string& before, const
 
 }  // namespace
 
-bool KeepsModels(const RunDescription& description) {
-  const auto flag = [&](const char* name) {
-    const auto found = description.flags.find(name);
-    return found == description.flags.end() ? std::string() : found->second;
-  };
-  return flag("learn_only") == "yes" || (!flag("every").empty() && flag("every") != "1");
-}
-
 std::string ToText(const RunDescription& description) {
   const kernels::ImageGrid& grid = description.grid;
   Json json = {
@@ -88,7 +80,6 @@ std::string ToText(const RunDescription& description) {
       {"finished_utc", description.finished_utc},
   };
   if (!description.input.remarks.empty()) json["input"]["remarks"] = description.input.remarks;
-  if (!description.maps_from.empty()) json["maps_from"] = description.maps_from;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -104,7 +95,6 @@ absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text) {
   fields.Read("flags", description.flags);
   fields.Read("device", description.device);
   fields.Read("seed", description.seed);
-  fields.ReadIfThere("maps_from", description.maps_from);
   JsonFields input(fields.Object("input"), "its 'input'");
   input.Read("path", description.input.path);
   description.input.path = NameFromJson(description.input.path);
@@ -152,12 +142,8 @@ std::string DescribeDifference(const RunDescription& before, const RunDescriptio
   const auto size = [](const kernels::ImageGrid& grid) {
     return absl::StrCat(grid.width, " x ", grid.height);
   };
-  const auto source = [](const RunDescription& run) {
-    return run.maps_from.empty() ? std::string("itself") : run.maps_from;
-  };
   for (const std::string& difference :
        {Difference("the program's version", before.version, now.version),
-        Difference("the run with the models", source(before), source(now)),
         Difference("the input", before.input.path, now.input.path),
         Difference("the size of the frames", size(before.grid), size(now.grid)),
         Difference("the input's content", before.input.fingerprint, now.input.fingerprint),

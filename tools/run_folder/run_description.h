@@ -21,8 +21,6 @@ struct RunDescription {
   std::map<std::string, std::string> flags;  // every flag that shapes the output, with its value
   std::string device;                        // device of the dense maps; see FrameLine::map_device
   uint64_t seed = 0;
-  // The run folder whose models made the maps, absolute; empty, in run.json absent: this one.
-  std::string maps_from;
 
   struct Input {
     std::string path;                       // as given, made absolute
@@ -49,14 +47,11 @@ struct RunDescription {
   std::string finished_utc;  // empty while running
 };
 
-// Whether the run leaves maps to be made later, and therefore keeps its models.
-bool KeepsModels(const RunDescription& description);
-
 std::string ToText(const RunDescription& description);
 // DataLoss, naming the field; FailedPrecondition for another format.
 absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text);
 
-// The first flag, input, device or source of models that differs between the run `before` and its
+// The first flag, input or device that differs between the run `before` and its
 // continuation `now`: "stride is 5 there and 3 here". Empty if they agree.
 std::string DescribeDifference(const RunDescription& before, const RunDescription& now);
 

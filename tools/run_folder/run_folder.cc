@@ -109,7 +109,6 @@ absl::StatusOr<RunFolder> RunFolder::Create(const std::string& path, bool overwr
           absl::StrCat("the folder ", path,
                        " holds a run already; choose another for --out, or add --overwrite"));
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Clear(path));
     EGOSIEVE_ASSIGN_OR_RETURN(std::vector<std::string> left, RemoveFormerRun(path));
     TellWhatIsLeft(path, std::move(left));
   }

@@ -2,7 +2,7 @@
 //
 //   run.json                       RunDescription
 //   frames.jsonl                   one FrameLine per line, in the frames' order: segment's log
-//   log/TIME-HOST-PID.jsonl        lines of maps that were made later, by infer or merge. Readers
+//   log/TIME-HOST-PID.jsonl        lines of maps that merge took over. Readers
 //                                  merge the logs
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
 //   potential/NNNNNN.png           with segment --potential: how much each place looks like movers,
@@ -15,7 +15,6 @@
 //   frames/NNNNNN.png              pictures of a stream (segment --record)
 //   render/NNNNNN.png              overlays
 //   model/                         checkpoints
-//   steps/NNNNNN.npz               what the frame did to the model, if maps are made later
 //   report.html, overlay.mp4, eval.json, eval.csv, further.json, plots/
 //
 // NNNNNN is the frame's index in the input, from 0. A frame's maps are written before its line, so
@@ -95,7 +94,7 @@ class RunFolder {
   // The lines of segment's log only.
   absl::StatusOr<std::vector<FrameLine>> ReadSegmentedLines() const;
   absl::StatusOr<LineLog> OpenLog() const { return LineLog::Open(File("frames.jsonl")); }
-  // This process's own log, for maps that are made later.
+  // This process's own log, for maps that are taken over.
   absl::StatusOr<LineLog> OpenMapLog() const;
 
   // 255 where kOwnVehicle or kIgnored is not 0, else 0; empty if both files are missing.

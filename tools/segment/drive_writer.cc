@@ -64,6 +64,7 @@ absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLin
   line.width_pixels = before.width_pixels;
   line.height_pixels = before.height_pixels;
   line.dynamic_share = before.dynamic_share;
+  line.expected_overlap = before.expected_overlap;
   line.map_device = before.map_device;
   return absl::OkStatus();
 }
@@ -114,6 +115,7 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame) {
   line.factor_rebuilt = record.factor_rebuilt;
   line.jitter = record.jitter;
   line.dynamic_share = record.dynamic_share;
+  line.expected_overlap = record.expected_overlap;
   line.clamped_variances = record.clamped_variances;
   return line;
 }
@@ -185,16 +187,12 @@ absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame, const std::
         line.saturated_deviations,
         folder_.WriteGridMaps(line.index, MakeMaps(frame.map), description_.deviation_full_scale));
   }
-  if (!frame.step.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(WriteStep(folder_, frame.index, frame.step));
-  }
   const std::chrono::duration<double, std::milli> writing =
       std::chrono::steady_clock::now() - start;
   line.milliseconds.emplace_back("writing", writing.count());
   EGOSIEVE_RETURN_IF_ERROR(log_.Append(ToText(line)));
   if (!frame.checkpoint.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(
-        WriteCheckpoint(folder_, frame.index, frame.checkpoint, options_.keep_checkpoints));
+    EGOSIEVE_RETURN_IF_ERROR(WriteCheckpoint(folder_, frame.index, frame.checkpoint));
   }
   Remember(std::move(line));
   return absl::OkStatus();

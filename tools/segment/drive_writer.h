@@ -29,8 +29,6 @@ absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLin
 struct DriveWriterOptions {
   // The frames that get a map; null: all.
   std::function<bool(int64_t index)> wants_map;
-  // For a run whose maps are made later: infer may begin at any checkpoint.
-  bool keep_checkpoints = false;
   std::string device;  // that computes; named in lines if it is not the run's
 };
 
@@ -64,7 +62,7 @@ class DriveWriter {
                                               const std::vector<FrameLine>& lines,
                                               DriveWriterOptions options = {});
 
-  // Writes the maps, the step, the line, and the checkpoint if there is one, in this order. After
+  // Writes the maps, the line, and the checkpoint if there is one, in this order. After
   // an error the folder holds the frames before this one. image: the picture's name, for the line.
   absl::Status Write(const vision::SegmentedFrame& frame, const std::string& image = "");
 

@@ -10,8 +10,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
-#include "tools/evaluation/trajectory_errors.h"
 #include "tools/run_folder/atomic_file.h"
+#include "tools/segment/camera_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -64,8 +64,7 @@ absl::StatusOr<double> FocalRatioOfColmap(absl::string_view text) {
 
 absl::StatusOr<double> ReadFocalRatio(const std::string& path) {
   if (absl::EndsWith(path, ".txt")) return ParseFile(path, FocalRatioOfColmap);
-  EGOSIEVE_ASSIGN_OR_RETURN(const CameraTruth camera, ParseFile(path, ParseCamera));
-  return camera.focal_pixels / std::max(camera.width, camera.height);
+  return ParseFile(path, FocalRatioOfCamera);
 }
 
 }  // namespace egosieve::tools

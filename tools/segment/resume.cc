@@ -14,6 +14,7 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 #include "tools/cli/warning.h"
+#include "vision/frame/repeated_picture.h"
 
 namespace egosieve::tools {
 namespace {
@@ -55,23 +56,12 @@ void RemoveOldest(const RunFolder& folder, const std::vector<int64_t>& indices) 
 
 }  // namespace
 
-absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes,
-                             bool keep_all) {
+absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes) {
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("model")));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.FrameFile("model", index, kSuffix), bytes));
-  if (keep_all) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> indices, ListCheckpoints(folder));
   RemoveOldest(folder, indices);
   return absl::OkStatus();
-}
-
-absl::Status WriteStep(const RunFolder& folder, int64_t index, const std::string& bytes) {
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("steps")));
-  return WriteFileAtomically(folder.FrameFile("steps", index, kSuffix), bytes);
-}
-
-absl::StatusOr<std::string> ReadStep(const RunFolder& folder, int64_t index) {
-  return ReadFile(folder.FrameFile("steps", index, kSuffix));
 }
 
 absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& folder,
@@ -92,14 +82,8 @@ absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& f
 absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder,
                                                       const RunDescription& description) {
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadSegmentedLines());
-  const bool keeps_models = KeepsModels(description);
   const auto is_whole = [&](const FrameLine& line) {
-    if (line.has_map() && !folder.HoldsMaps(line, description)) return false;
-    if (!keeps_models || line.outcome == FrameLine::Outcome::kFailed) return true;
-    std::error_code error;
-    const std::uintmax_t size =
-        fs::file_size(folder.FrameFile("steps", line.index, kSuffix), error);
-    return !error && size > 0;
+    return !line.has_map() || folder.HoldsMaps(line, description);
   };
   lines.erase(std::find_if_not(lines.begin(), lines.end(), is_whole), lines.end());
   return lines;
@@ -136,8 +120,8 @@ absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t fro
 
 absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
                                                             int64_t from, int64_t last, int count) {
-  // Damaged frames make the stretch too short: it doubles until it is long enough.
-  for (int64_t stretch = count;; stretch *= 2) {
+  // Damaged and repeated frames make the stretch too short: it doubles until it is long enough.
+  for (int64_t stretch = count + 1;; stretch *= 2) {
     const int64_t first = std::max(from, last - stretch + 1);
     EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(first));
     std::deque<vision::Frame> recent;
@@ -145,11 +129,13 @@ absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource&
       EGOSIEVE_ASSIGN_OR_RETURN(vision::FrameRead read, source.Next());
       if (std::holds_alternative<vision::EndOfFrames>(read)) break;
       if (auto* frame = std::get_if<vision::Frame>(&read)) {
-        recent.push_back(std::move(*frame));
-        if (recent.size() > static_cast<size_t>(count)) recent.pop_front();
+        vision::AppendPicture(std::move(*frame), recent);
+        if (recent.size() > static_cast<size_t>(count) + 1) recent.pop_front();
       }
     }
-    if (recent.size() == static_cast<size_t>(count) || first == from) {
+    // One picture more is read, since the first may be a repeat whose beginning was not read.
+    if (recent.size() > static_cast<size_t>(count) || first == from) {
+      if (recent.size() > static_cast<size_t>(count)) recent.pop_front();
       return std::vector<vision::Frame>(recent.begin(), recent.end());
     }
   }
@@ -170,14 +156,12 @@ bool IsComplete(int64_t next, int64_t step, int64_t end, vision::FrameSource& so
 }
 
 void RemoveAbandonedFiles(const RunFolder& folder) {
-  for (const char* name : {"", "grid", "potential", "model", "steps"}) {
+  for (const char* name : {"", "grid", "potential", "model"}) {
     kernels::RemoveAbandonedTemporaries(folder.File(name));
   }
 }
 
-absl::Status RemoveOtherCheckpoints(const RunFolder& folder, const RunDescription& description,
-                                    int64_t next_frame) {
-  if (KeepsModels(description)) return absl::OkStatus();
+absl::Status RemoveOtherCheckpoints(const RunFolder& folder, int64_t next_frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> indices, ListCheckpoints(folder));
   for (; !indices.empty() && indices.back() >= next_frame; indices.pop_back()) {
     RemoveCheckpoint(folder, indices.back());

@@ -4,10 +4,6 @@
 // They are complete or absent; the last two are kept. A run continues after the newest checkpoint
 // whose frame has its line. Later frames are written again, with the same bytes. A frame with
 // missing maps counts as not written, and so do all frames after it.
-//
-// A run whose maps are made later keeps all its checkpoints, and the changes that each frame made
-// to the model in steps/NNNNNN.npz (vision/segmentation/learning_step.h). A checkpoint and the
-// steps after it give the model of any frame.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
 
@@ -23,13 +19,8 @@
 
 namespace egosieve::tools {
 
-// Writes the checkpoint after frame `index`; removes all but the last two unless `keep_all`.
-absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes,
-                             bool keep_all);
-
-absl::Status WriteStep(const RunFolder& folder, int64_t index, const std::string& bytes);
-// NotFound if the frame has none.
-absl::StatusOr<std::string> ReadStep(const RunFolder& folder, int64_t index);
+// Writes the checkpoint after frame `index`; removes all but the last two.
+absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes);
 
 struct CheckpointBytes {
   int64_t next_frame = 0;  // the frame after the checkpoint
@@ -41,8 +32,7 @@ struct CheckpointBytes {
 absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& folder,
                                                               int64_t last);
 
-// The lines of the run before the first line with a missing or empty file: a map, or the step in a
-// run that keeps them.
+// The lines of the run before the first line with a missing or empty map.
 absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder,
                                                       const RunDescription& description);
 
@@ -61,8 +51,8 @@ struct ResumePoint {
 absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from,
                                             std::vector<FrameLine> lines);
 
-// The last `count` readable frames of from .. last, oldest first; fewer if there are fewer. Leaves
-// the source at any frame.
+// The frames of the last `count` pictures of from .. last (repeated_picture.h), oldest first; fewer
+// if there are fewer. Leaves the source at any frame.
 absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
                                                             int64_t from, int64_t last, int count);
 
@@ -78,9 +68,8 @@ void RemoveAbandonedFiles(const RunFolder& folder);
 
 // Removes the checkpoints of frames from `next_frame` on, because those frames are written again.
 // Of the others, all but the last two are removed: a kill between the writing of one and the
-// removal of the oldest leaves three. Does nothing in a run that keeps all.
-absl::Status RemoveOtherCheckpoints(const RunFolder& folder, const RunDescription& description,
-                                    int64_t next_frame);
+// removal of the oldest leaves three.
+absl::Status RemoveOtherCheckpoints(const RunFolder& folder, int64_t next_frame);
 
 }  // namespace egosieve::tools
 

@@ -20,7 +20,7 @@ bool HasAllFrames(const ScheduleFlags& schedule, const std::vector<FrameLine>& l
 }
 
 DriveWriterOptions WriterOptions(const ScheduleFlags& schedule, const std::string& device) {
-  return {schedule.WantedMaps(), schedule.LeavesMaps(), device};
+  return {schedule.WantedMaps(), device};
 }
 
 }  // namespace
@@ -73,12 +73,12 @@ absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription
     beginning.counts.emplace(before);
     for (const FrameLine& line : lines) beginning.counts->Add(line);
     const int64_t end = lines.empty() ? from : lines.back().index + 1;
-    EGOSIEVE_RETURN_IF_ERROR(RemoveOtherCheckpoints(folder, before, end));
+    EGOSIEVE_RETURN_IF_ERROR(RemoveOtherCheckpoints(folder, end));
     return beginning;
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const ResumePoint point,
                             FindResumePoint(folder, from, std::move(lines)));
-  EGOSIEVE_RETURN_IF_ERROR(RemoveOtherCheckpoints(folder, before, point.next_frame));
+  EGOSIEVE_RETURN_IF_ERROR(RemoveOtherCheckpoints(folder, point.next_frame));
   if (!point.checkpoint.empty()) {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<vision::Frame> recent,
                               ReadRecentFrames(frames, from, point.next_frame - 1,

@@ -9,9 +9,9 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
-#include "tools/evaluation/trajectory_errors.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
+#include "tools/segment/camera_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -50,9 +50,8 @@ vision::TravelPrior ParseTravel(const nlohmann::json& camera) {
 
 // All numbers are read from the text, so that a resumed run has the same bits as the first one.
 absl::StatusOr<RunCamera> Parse(std::string text) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const CameraTruth camera, ParseCamera(text));
   RunCamera run;
-  run.focal_ratio = camera.focal_pixels / std::max(camera.width, camera.height);
+  EGOSIEVE_ASSIGN_OR_RETURN(run.focal_ratio, FocalRatioOfCamera(text));
   run.travel = ParseTravel(nlohmann::json::parse(text));
   run.text = std::move(text);
   return run;

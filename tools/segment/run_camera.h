@@ -1,7 +1,7 @@
 // The camera of a run: estimated in a first pass over the drive and stored in the run folder, from
 // which a resumed run reads it; or learnt on the way and stored at the run's end.
 //
-// camera.json, as tools/evaluation/trajectory_errors.h reads it:
+// camera.json:
 //   focal_pixels, width, height    pixels
 //   log_focal_deviation            deviation of the focal length's logarithm
 //   pairs                          of pictures, for the direction of travel and the own vehicle

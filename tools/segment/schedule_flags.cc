@@ -17,16 +17,14 @@ void ScheduleFlags::AddFlags(CLI::App& app) {
   range_.AddFlags(app);
   app.add_option("--every", every_,
                  "Makes the map of each N-th frame only, from the first on; the frames between are "
-                 "learnt from, too, and infer can make their maps later")
+                 "learnt from, too")
       ->check(AtLeast<int64_t>(1))
       ->type_name("N");
   app.add_option("--skip", skip_,
                  "Skips N frames between two that are segmented: they are neither learnt from nor "
-                 "mapped, and infer cannot make their maps later")
+                 "mapped")
       ->check(AtLeast<int64_t>(0))
       ->type_name("N");
-  app.add_flag("--learn_only", learn_only_,
-               "Makes no maps but keeps the model of every frame, for infer to make them later");
   app.add_option("--fps", source_.nominal_rate_hz,
                  "Frames per second of a folder of images: sets their times, skips none")
       ->check(AtLeast(1e-3))
@@ -48,7 +46,6 @@ void ScheduleFlags::Describe(std::map<std::string, std::string>& flags) const {
   }
   if (!source_.times.empty()) flags["times"] = AbsolutePath(source_.times);
   if (skip_ > 0) flags["skip"] = absl::StrCat(skip_);
-  flags["learn_only"] = learn_only_ ? "yes" : "no";
 }
 
 vision::PipelineOptions ScheduleFlags::MakePipeline(int threads, int64_t first_frame) const {
@@ -58,7 +55,6 @@ vision::PipelineOptions ScheduleFlags::MakePipeline(int threads, int64_t first_f
   pipeline.frame_step = frame_step();
   pipeline.checkpoint_interval = checkpoint_every_;
   pipeline.wants_map = WantedMaps();
-  pipeline.record_steps = LeavesMaps();
   pipeline.end_frame = range_.to >= 0 ? range_.to + 1 : -1;
   if (max_frames_ > 0) {
     const int64_t end = range_.from + max_frames_ * frame_step();
@@ -71,14 +67,12 @@ absl::Status ScheduleFlags::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(range_.Validate());
   if (skip_ > 0 && LeavesMaps()) {
     return absl::InvalidArgumentError(
-        "--skip leaves frames out for good, --every and --learn_only leave maps for later; choose "
-        "one of them");
+        "--skip leaves out frames, --every only their maps; choose one of them");
   }
   return absl::OkStatus();
 }
 
 std::function<bool(int64_t)> ScheduleFlags::WantedMaps() const {
-  if (learn_only_) return [](int64_t) { return false; };
   if (every_ == 1) return nullptr;
   return
       [from = range_.from, every = every_](int64_t index) { return (index - from) % every == 0; };

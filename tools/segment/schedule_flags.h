@@ -33,15 +33,14 @@ class ScheduleFlags {
 
   // Whether a frame gets a map. If the function is null, every frame does.
   std::function<bool(int64_t index)> WantedMaps() const;
-  // Whether maps are left for later.
-  bool LeavesMaps() const { return learn_only_ || every_ > 1; }
+  // Whether some frames get no map.
+  bool LeavesMaps() const { return every_ > 1; }
 
  private:
   int64_t checkpoint_every_ = 25;
   FrameRange range_;
   int64_t every_ = 1;
   int64_t skip_ = 0;
-  bool learn_only_ = false;
   int64_t max_frames_ = 0;
   vision::FrameSourceOptions source_;
 };

@@ -86,7 +86,7 @@ absl::StatusOr<DriveInput> SegmentCall::OpenInput() const {
       segmenter.wants_frames_ahead()) {
     return absl::InvalidArgumentError(
         "a stream is read once, as it comes: leave --resume, --from, "
-        "--skip, --learn_only, --every, --ahead and --lag out");
+        "--skip, --every, --ahead and --lag out");
   }
   EGOSIEVE_ASSIGN_OR_RETURN(DriveInput drive, OpenLiveInput(input));
   if (record) {

@@ -73,10 +73,6 @@ absl::StatusOr<ExitCode> EndRun(const SegmentCall& call,
   std::string text =
       absl::StrFormat("%d frames answered, %d learnt from, in %s: %s\n", counts.answered,
                       counts.learnt, DescribeDuration(seconds), call.directory);
-  if (call.schedule.LeavesMaps()) {
-    absl::StrAppend(&text, "egosieve infer ", call.directory,
-                    " makes the maps that were left out\n");
-  }
   if (counts.doubtful.count() > 0) absl::StrAppend(&text, counts.doubtful.Sentence(), "\n");
   Tell(call, counts, seconds, text);
   if (is_cut_short) {

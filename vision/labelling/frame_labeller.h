@@ -7,10 +7,11 @@
 // Extract() needs only the frame: it is const and may run ahead on other threads, in any order.
 // Label() must be called for the frames in order.
 //
-// Resuming: the result of Label(t) depends on the frames t - frame_gap .. t, on the frames in
-// `ahead`, and on state(), about 3 MB (labeller_state.h). After Restore(state() after frame t) and
-// Prime() with the frames t - frame_gap + 1 .. t in order, all later results are byte for byte the
-// same as without the interruption. Random numbers are drawn from (seed, frame index).
+// Resuming: the result of Label(t) depends on frame t, on the HistoryFrames() pictures before it,
+// on the frames in `ahead`, and on state(), about 3 MB (labeller_state.h). After Restore(state()
+// after frame t) and Prime() with the frames of the last HistoryFrames() pictures in order, all
+// later results are byte for byte the same as without the interruption. Random numbers are drawn
+// from (seed, frame index).
 //
 // Results do not depend on the number of threads.
 #ifndef EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_H_
@@ -71,7 +72,8 @@ struct FrameLabellerOptions {
   // As in the paper.
   static FrameLabellerOptions Paper();
 
-  // Number of frames before the current one that Prime needs; with auto, of the longest gap.
+  // Number of different pictures before the current one that Prime needs; with auto, of the longest
+  // gap.
   int HistoryFrames() const { return frame_gap > 0 ? frame_gap : kLongestAutoGap; }
   static constexpr int kLongestAutoGap = 5;
 

@@ -1,12 +1,12 @@
 #include "vision/labelling/label_outcome.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "vision/frame/equalization.h"
+#include "vision/frame/repeated_picture.h"
 #include "vision/labelling/reduced_labels.h"
 #include "vision/labelling/stopwatch.h"
 
@@ -113,14 +113,6 @@ void RecordMotion(const MotionModel& model, LabelledFrame& result) {
 void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result) {
   result.outcome = outcome;
   result.reason = std::move(reason);
-}
-
-bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
-  if (a.size() != b.size() || a.type() != b.type()) return false;
-  for (int row = 0; row < a.rows; ++row) {
-    if (std::memcmp(a.ptr(row), b.ptr(row), a.cols * a.elemSize()) != 0) return false;
-  }
-  return true;
 }
 
 std::string DoubtOf(const LabelledFrame& labels) {

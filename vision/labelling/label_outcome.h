@@ -48,9 +48,6 @@ void RecordMotion(const MotionModel& model, LabelledFrame& result);
 
 void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result);
 
-// Whether two pictures are the same in every pixel.
-bool SamePixels(const cv::Mat& a, const cv::Mat& b);
-
 // `doubt` of labelled_frame.h, from the rest of it.
 std::string DoubtOf(const LabelledFrame& labels);
 

@@ -6,7 +6,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_grid.h"
-#include "vision/labelling/label_outcome.h"
+#include "vision/frame/repeated_picture.h"
 
 namespace egosieve::vision {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "vision/frame/repeated_picture.h"
 #include "vision/labelling/labeller_state.h"
 #include "vision/labelling/reduced_labels.h"
 #include "vision/labelling/stopwatch.h"
@@ -43,6 +44,13 @@ absl::Status TrackLabeller::Push(std::shared_ptr<const ExtractedFrame> frame) {
   if (evidence_.last_frame_index() < frame->frame.index) {
     evidence_.Begin(frame->frame.index);
     movers_.Forget();
+  }
+  if (!history_.empty() && SamePixels(Last()->frame.image, frame->frame.image)) {
+    // The later steps are between different pictures: the repeat takes the place of the first.
+    auto repeat = std::make_shared<ExtractedFrame>(*frame);
+    repeat->frame.time_seconds = Last()->frame.time_seconds;
+    history_.back() = std::move(repeat);
+    return absl::OkStatus();
   }
   history_.push_back(std::move(frame));
   while (static_cast<int>(history_.size()) > options_.HistoryFrames()) history_.pop_front();

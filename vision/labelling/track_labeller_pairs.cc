@@ -67,7 +67,7 @@ void TrackLabeller::ObserveGround(const ExtractedFrame& before, const ExtractedF
                                   const TwoViewMotion* back, const View& far,
                                   const Pictures& ahead) {
   const double seconds = frame.frame.time_seconds - before.frame.time_seconds;
-  if (!travel().IsKnown() || !(seconds > 0.0)) return;
+  if (!travel().IsOfVehicle() || !(seconds > 0.0)) return;
   GroundSearchView view;
   view.direction = travel().direction;
   view.camera = Camera(frame.grey.size());
@@ -192,7 +192,7 @@ absl::StatusOr<MotionModel> TrackLabeller::MotionOfTracks(const std::vector<Trac
   if (!world.found) {
     world =
         EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_, travel()), moved_before);
-    FindGround(geometry, camera, world);
+    if (travel().IsOfVehicle()) FindGround(geometry, camera, world);
   }
   MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
   RecordMotion(model, result);

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/ignored_area.h"
+#include "vision/frame/repeated_picture.h"
 #include "vision/geometry/mix_seed.h"
 #include "vision/geometry/residual.h"
 #include "vision/image/inside.h"
@@ -113,9 +114,11 @@ absl::StatusOr<LabelledFrame> PaperLabeller::Label(
   const cv::Size now = frame->frame.image.size();
   if (last != nullptr && HasOtherSize(*last, *frame, result)) {
     history_.clear();
+  } else if (last != nullptr && IsRepeated(*last, *frame, result)) {
+    // Pairs are of different pictures.
   } else if (static_cast<int>(history_.size()) < options_.frame_gap) {
     SetNoPair(options_.frame_gap, result);
-  } else if (!IsRepeated(*last, *frame, result)) {
+  } else {
     EGOSIEVE_RETURN_IF_ERROR(LabelPair(*history_.front(), *frame, result));
   }
   result.doubt = DoubtOf(result);
@@ -145,6 +148,13 @@ absl::Status PaperLabeller::LabelPair(const PaperFrame& first, const PaperFrame&
 }
 
 void PaperLabeller::Push(std::shared_ptr<const PaperFrame> frame) {
+  if (!history_.empty() && SamePixels(history_.back()->frame.image, frame->frame.image)) {
+    // The repeat takes the place of the first.
+    auto repeat = std::make_shared<PaperFrame>(*frame);
+    repeat->frame.time_seconds = history_.back()->frame.time_seconds;
+    history_.back() = std::move(repeat);
+    return;
+  }
   history_.push_back(std::move(frame));
   if (static_cast<int>(history_.size()) > options_.frame_gap) history_.pop_front();
 }

@@ -69,34 +69,4 @@ void LabelResidual::Apply(double weight, SegmentationMap& map) const {
   }
 }
 
-std::string LabelResidual::ToBytes() const {
-  if (steps_.empty()) return "";
-  const std::array<int64_t, 3> head = {frame_index_, grid_.width, grid_.height};
-  std::string bytes(sizeof(head) + steps_.size(), '\0');
-  std::memcpy(bytes.data(), head.data(), sizeof(head));
-  std::memcpy(bytes.data() + sizeof(head), steps_.data(), steps_.size());
-  return bytes;
-}
-
-absl::StatusOr<LabelResidual> LabelResidual::FromBytes(std::string_view bytes) {
-  LabelResidual residual;
-  if (bytes.empty()) return residual;
-  std::array<int64_t, 3> head{};
-  const auto is_side = [](int64_t pixels) { return pixels >= 1 && pixels <= (1 << 20); };
-  if (bytes.size() >= sizeof(head)) std::memcpy(head.data(), bytes.data(), sizeof(head));
-  if (!is_side(head[1]) || !is_side(head[2])) {
-    return absl::InvalidArgumentError("the label residual has no size");
-  }
-  residual.frame_index_ = head[0];
-  residual.grid_ =
-      kernels::ImageGrid{static_cast<int>(head[1]), static_cast<int>(head[2]), kStridePixels};
-  const std::string_view steps = bytes.substr(sizeof(head));
-  if (static_cast<int64_t>(steps.size()) != residual.grid_.size()) {
-    return absl::InvalidArgumentError("the label residual is not whole");
-  }
-  residual.steps_.resize(steps.size());
-  std::memcpy(residual.steps_.data(), steps.data(), steps.size());
-  return residual;
-}
-
 }  // namespace egosieve::vision

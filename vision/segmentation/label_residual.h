@@ -45,11 +45,6 @@ class LabelResidual {
   // Applies (LR2) to the map's probability if the map is of the same frame and size.
   void Apply(double weight, SegmentationMap& map) const;
 
-  // Equal residuals give equal bytes; empty for no frame.
-  std::string ToBytes() const;
-  // InvalidArgument for bytes that ToBytes did not write.
-  static absl::StatusOr<LabelResidual> FromBytes(std::string_view bytes);
-
  private:
   int64_t frame_index_ = -1;
   kernels::ImageGrid grid_;

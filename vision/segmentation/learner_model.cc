@@ -58,28 +58,12 @@ absl::Status LearnerModel::Add(kernels::ConstMatrixView<float> inputs,
   if (inputs.rows == 0 && labels.empty()) return absl::OkStatus();
   EGOSIEVE_RETURN_IF_ERROR(
       std::visit([&](auto& model) { return model.Add(inputs, labels, frame); }, model_));
-  if (recording_) {
-    ModelOperation operation;
-    operation.kind = ModelOperation::Kind::kAdd;
-    operation.frame = frame;
-    for (int64_t i = 0; i < inputs.rows; ++i) {
-      operation.inputs.insert(operation.inputs.end(), inputs.row(i), inputs.row(i) + inputs.cols);
-    }
-    operation.labels.assign(labels.begin(), labels.end());
-    operations_.push_back(std::move(operation));
-  }
   return absl::OkStatus();
 }
 
 absl::Status LearnerModel::Remove(absl::Span<const int64_t> rows) {
   if (rows.empty()) return absl::OkStatus();
   EGOSIEVE_RETURN_IF_ERROR(std::visit([&](auto& model) { return model.Remove(rows); }, model_));
-  if (recording_) {
-    ModelOperation operation;
-    operation.kind = ModelOperation::Kind::kRemove;
-    operation.rows.assign(rows.begin(), rows.end());
-    operations_.push_back(std::move(operation));
-  }
   return absl::OkStatus();
 }
 
@@ -88,41 +72,12 @@ absl::Status LearnerModel::SetLabels(absl::Span<const double> labels) {
   const kernels::ConstMatrixView<double> view(targets.data(), static_cast<int64_t>(targets.size()),
                                               1);
   EGOSIEVE_RETURN_IF_ERROR(std::visit([&](auto& model) { return model.SetTargets(view); }, model_));
-  if (recording_) {
-    ModelOperation operation;
-    operation.kind = ModelOperation::Kind::kSetLabels;
-    operation.labels.assign(labels.begin(), labels.end());
-    operations_.push_back(std::move(operation));
-  }
   return absl::OkStatus();
 }
 
 absl::Status LearnerModel::SetHyperparameters(const gp::Hyperparameters& hyperparameters) {
   EGOSIEVE_RETURN_IF_ERROR(
       std::visit([&](auto& model) { return model.SetHyperparameters(hyperparameters); }, model_));
-  if (recording_) {
-    ModelOperation operation;
-    operation.kind = ModelOperation::Kind::kSetHyperparameters;
-    operation.hyperparameters = hyperparameters;
-    operations_.push_back(std::move(operation));
-  }
-  return absl::OkStatus();
-}
-
-absl::Status LearnerModel::Apply(const ModelOperation& operation) {
-  switch (operation.kind) {
-    case ModelOperation::Kind::kAdd:
-      return Add(kernels::ConstMatrixView<float>(operation.inputs.data(),
-                                                 static_cast<int64_t>(operation.labels.size()),
-                                                 input_dimension()),
-                 operation.labels, operation.frame);
-    case ModelOperation::Kind::kRemove:
-      return Remove(operation.rows);
-    case ModelOperation::Kind::kSetHyperparameters:
-      return SetHyperparameters(operation.hyperparameters);
-    case ModelOperation::Kind::kSetLabels:
-      return SetLabels(operation.labels);
-  }
   return absl::OkStatus();
 }
 
@@ -137,12 +92,7 @@ gp::ExactModelState LearnerModel::State() const {
 
 absl::Status LearnerModel::Restore(const gp::ExactModelState& state) {
   EGOSIEVE_ASSIGN_OR_RETURN(model_, MakeModel(context_, state, options_));
-  operations_.clear();
   return absl::OkStatus();
-}
-
-std::vector<ModelOperation> LearnerModel::TakeOperations() {
-  return std::exchange(operations_, {});
 }
 
 int64_t LearnerModel::size() const {

@@ -1,13 +1,12 @@
-// The learner's Gaussian process, exact or with inducing inputs, behind one interface; and its
-// changes as values that can be stored and repeated.
+// The learner's Gaussian process, exact or with inducing inputs, behind one interface.
 //
 //   kExact    gp/model/exact_model.h     n^2 per query: the paper's
 //   kSparse   gp/model/sparse_model.h    m^2 per query: every pixel is affordable
 //
 // The sparse model is solved at the first query after a change (deferred_sparse_model.h).
 //
-// Every change, Rebuild included, is a deterministic function of the model and the operation: two
-// models that agree to the last bit still agree after the same operations.
+// Every change, Rebuild included, is a deterministic function of the model and its arguments: two
+// models that agree to the last bit still agree after the same changes.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LEARNER_MODEL_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LEARNER_MODEL_H_
 
@@ -38,17 +37,6 @@ struct LearnerModelOptions {
   absl::Status Validate() const;
 };
 
-// One change of the model. Only the fields of its kind are set.
-struct ModelOperation {
-  enum class Kind { kAdd, kRemove, kSetHyperparameters, kSetLabels };
-  Kind kind = Kind::kAdd;
-  int64_t frame = 0;                    // kAdd
-  std::vector<float> inputs;            // kAdd, k x D
-  std::vector<double> labels;           // kAdd, k; kSetLabels, of all points
-  std::vector<int64_t> rows;            // kRemove, increasing
-  gp::Hyperparameters hyperparameters;  // kSetHyperparameters
-};
-
 class LearnerModel {
  public:
   static absl::StatusOr<LearnerModel> Create(std::shared_ptr<kernels::Context> context,
@@ -62,17 +50,12 @@ class LearnerModel {
   // Labels of all points, in their order; in [0, 1].
   absl::Status SetLabels(absl::Span<const double> labels);
   absl::Status SetHyperparameters(const gp::Hyperparameters& hyperparameters);
-  absl::Status Apply(const ModelOperation& operation);
 
   // Afterwards results depend on points and hyperparameters alone, not on the history.
   absl::Status Rebuild();
   gp::ExactModelState State() const;
   // Gives the model that `state` was taken from, as it is after Rebuild.
   absl::Status Restore(const gp::ExactModelState& state);
-
-  // Off at first. TakeOperations returns the changes recorded since its last call.
-  void RecordOperations(bool record) { recording_ = record; }
-  std::vector<ModelOperation> TakeOperations();
 
   ModelKind kind() const { return options_.kind; }
   int64_t size() const;
@@ -106,8 +89,6 @@ class LearnerModel {
   std::shared_ptr<kernels::Context> context_;
   LearnerModelOptions options_;
   Model model_;
-  bool recording_ = false;
-  std::vector<ModelOperation> operations_;
 };
 
 }  // namespace egosieve::vision

@@ -334,16 +334,6 @@ absl::Status OnlineLearner::CalibrateToFrame(kernels::ConstMatrixView<float> inp
   return absl::OkStatus();
 }
 
-LearningStep OnlineLearner::TakeStep() { return {model_.TakeOperations(), squash_, {}, {}, {}}; }
-
-absl::Status OnlineLearner::Replay(const LearningStep& step) {
-  for (const ModelOperation& operation : step.operations) {
-    EGOSIEVE_RETURN_IF_ERROR(model_.Apply(operation));
-  }
-  squash_ = step.squash;
-  return absl::OkStatus();
-}
-
 void OnlineLearner::Describe(FrameRecord& record) const {
   record.model_size = model_.size();
   record.theta = gp::ToLogarithms(model_.hyperparameters());

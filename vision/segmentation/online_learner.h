@@ -49,7 +49,6 @@
 #include "kernels/runtime/context.h"
 #include "vision/segmentation/frame_record.h"
 #include "vision/segmentation/learner_model.h"
-#include "vision/segmentation/learning_step.h"
 
 namespace egosieve::vision {
 
@@ -98,15 +97,6 @@ class OnlineLearner {
   // steps may have been taken.
   absl::Status Learn(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                      int64_t frame_index, FrameRecord& record);
-
-  // TakeStep returns the changes that Learn made, since the last call, to the model of the
-  // posterior. Replay repeats them. The location prior is not included, since it is not the
-  // learner's. Steps are recorded from the first call of RecordSteps on.
-  void RecordSteps() { model_.RecordOperations(true); }
-  LearningStep TakeStep();
-  // Repeats a step that a learner in the same state recorded, calibration included. The posterior
-  // then equals that learner's to the last bit. Nothing is trained.
-  absl::Status Replay(const LearningStep& step);
 
   // The fields of the record that describe the present model.
   void Describe(FrameRecord& record) const;

@@ -20,7 +20,7 @@
 namespace egosieve::vision {
 namespace {
 
-// What these values were chosen on: docs/questions.md.
+// What these values were chosen on: docs/constants.md.
 constexpr int64_t kDefaultBudget = 1500;
 constexpr int64_t kPaperBudget = 4000;
 constexpr double kDefaultDensity = 0.05;
@@ -215,30 +215,6 @@ absl::Status OnlineSegmenter::TakeResidual(const LabelledFrame& labels,
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::string> OnlineSegmenter::TakeStep() {
-  LearningStep step = learner_->TakeStep();
-  step.location_prior = location_prior_.ToBytes();
-  if (potential_.TakeChanged()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(step.potential, potential_.ToBytes());
-  }
-  step.label_residual = residual_.ToBytes();
-  return SerializeStep(step);
-}
-
-absl::Status OnlineSegmenter::Replay(absl::string_view step) {
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const LearningStep parsed,
-      ParseStep({step.data(), step.size()}, options_.learner.covariance, kDescriptorDimension));
-  posterior_.reset();
-  process_.reset();
-  EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore(parsed.location_prior));
-  EGOSIEVE_ASSIGN_OR_RETURN(residual_, LabelResidual::FromBytes(parsed.label_residual));
-  if (!parsed.potential.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(potential_.Restore(parsed.potential));
-  }
-  return learner_->Replay(parsed);
-}
-
 absl::StatusOr<std::shared_ptr<const MapPosterior>> OnlineSegmenter::MakePosterior() {
   if (posterior_ == nullptr) {
     if (process_ == nullptr) {
@@ -284,6 +260,7 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
   const int64_t dynamic = std::count_if(map.probability.begin(), map.probability.end(),
                                         [](float probability) { return probability >= 0.5f; });
   record.dynamic_share = static_cast<double>(dynamic) / static_cast<double>(size);
+  record.expected_overlap = ExpectedOverlap(map.probability);
   return map;
 }
 

@@ -102,7 +102,8 @@ class OnlineSegmenter {
       const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
       bool with_posterior = true,
       const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead = {});
-  // Also fills `record.milliseconds.inference`, `dynamic_share` and `clamped_variances`.
+  // Also fills `record.milliseconds.inference`, `dynamic_share`, `expected_overlap`
+  // and `clamped_variances`.
   absl::StatusOr<SegmentationMap> Infer(const Frame& frame, const MapPosterior& posterior,
                                         FrameRecord& record) const;
 
@@ -111,14 +112,6 @@ class OnlineSegmenter {
   // FrameLabeller's.
   LearntCamera learnt_camera() const { return labeller_->learnt_camera(); }
 
-  // Replay of the learning of another segmenter with equal state and options. On that segmenter:
-  // RecordSteps before the first frame, and TakeStep after each Learn, which gives bytes
-  // (learning_step.h). On this one: Replay with those bytes instead of Extract and Learn, frame by
-  // frame, gives the same posteriors to the last bit. Checkpoint must be called after the same
-  // frames. Errors as ParseStep's for bytes that are no step; the segmenter may have changed then.
-  void RecordSteps() { learner_->RecordSteps(); }
-  absl::StatusOr<std::string> TakeStep();
-  absl::Status Replay(absl::string_view step);
   absl::StatusOr<std::shared_ptr<const MapPosterior>> MakePosterior();
 
   // The state after the last learnt frame, as the bytes of a model file (gp/io/model_file.h). Call
@@ -129,8 +122,8 @@ class OnlineSegmenter {
   // after the frame's Label on the labelling thread.
   absl::StatusOr<std::string> Checkpoint(absl::string_view labeller_state);
   std::string LabellerState() const { return labeller_->state(); }
-  // Continues from a checkpoint. `recent`: the last HistoryFrames() readable frames before it (all,
-  // if there were fewer), oldest first.
+  // Continues from a checkpoint. `recent`: the frames of the last HistoryFrames() pictures before
+  // it (repeated_picture.h; all, if there were fewer), oldest first.
   absl::Status Restore(absl::string_view checkpoint, const std::vector<Frame>& recent);
 
   const OnlineSegmenterOptions& options() const { return options_; }

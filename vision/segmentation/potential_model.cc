@@ -117,7 +117,6 @@ absl::Status PotentialModel::Learn(double seconds, kernels::ConstMatrixView<floa
   ++next.updates;
   EGOSIEVE_ASSIGN_OR_RETURN(posterior_, Solve(next.points));
   state_ = std::move(next);
-  changed_ = true;
   return absl::OkStatus();
 }
 
@@ -179,8 +178,6 @@ absl::StatusOr<std::shared_ptr<const gp::Posterior>> PotentialModel::Solve(
   return solved.MakePosterior(kSquash);
 }
 
-bool PotentialModel::TakeChanged() { return std::exchange(changed_, false); }
-
 absl::StatusOr<std::string> PotentialModel::ToBytes() const {
   gp::ModelFile file;
   file.model = {FixedHyperparameters(), state_.points};
@@ -208,7 +205,6 @@ absl::Status PotentialModel::Restore(std::string_view bytes) {
   }
   EGOSIEVE_ASSIGN_OR_RETURN(posterior_, Solve(points));
   state_ = {points, numbers[0], static_cast<int64_t>(numbers[1]), {numbers[2], numbers[3]}};
-  changed_ = false;
   return absl::OkStatus();
 }
 

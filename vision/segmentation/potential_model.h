@@ -77,9 +77,6 @@ class PotentialModel {
   // InvalidArgument or DataLoss for bytes that ToBytes did not write; then nothing changes.
   absl::Status Restore(std::string_view bytes);
 
-  // Whether Learn has changed the model since the last call.
-  bool TakeChanged();
-
  private:
   struct State {
     gp::PointSet points;  // targets and noise variances y, 1 - y^2 of (Q2)
@@ -97,7 +94,6 @@ class PotentialModel {
   PotentialOptions options_;
   State state_;
   std::shared_ptr<const gp::Posterior> posterior_;
-  bool changed_ = false;
 };
 
 // (Q1) of N x 6 descriptors: N x 4.

@@ -20,6 +20,14 @@ struct SegmentationMap {
   int64_t clamped_variances = 0;
 };
 
+// The intersection over union of the mask p > 1/2 with the true one that the probabilities expect:
+// of the expected intersection and union,
+//
+//   sum_{p > 1/2} p / (#{p > 1/2} + sum_{p <= 1/2} p);                                        (EO1)
+//
+// of a map without a mask, which is right if nothing moves, 1 - max p. NaN of an empty map.
+double ExpectedOverlap(const std::vector<float>& probability);
+
 }  // namespace egosieve::vision
 
 #endif  // EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_MAP_H_

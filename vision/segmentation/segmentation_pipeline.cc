@@ -74,9 +74,7 @@ class Stages {
   // Also prepares the pair with the frame before, so that labels, which need the frames in order,
   // take less time.
   absl::Status Extract(InFlight& item) {
-    if (item.result.damage.has_value() || options_.recorded_step != nullptr) {
-      return absl::OkStatus();
-    }
+    if (item.result.damage.has_value()) return absl::OkStatus();
     {
       StageTimer timer(item.extract_milliseconds);
       EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.Extract(item.result.frame));
@@ -117,7 +115,7 @@ class Stages {
     if (item.result.damage.has_value()) {
       ++summary_.damaged_frames;
     } else {
-      EGOSIEVE_RETURN_IF_ERROR(options_.recorded_step != nullptr ? Replay(item) : LearnAnew(item));
+      EGOSIEVE_RETURN_IF_ERROR(LearnLabels(item));
       ++summary_.segmented_frames;
     }
     return CheckpointIfDue(item);
@@ -147,10 +145,7 @@ class Stages {
   }
 
  private:
-  // Recorded steps need no labels.
-  int AheadFrames() const {
-    return options_.recorded_step != nullptr ? 0 : segmenter_.options().ahead_frames;
-  }
+  int AheadFrames() const { return segmenter_.options().ahead_frames; }
 
   void Release(std::vector<InFlight>& ready) {
     InFlight item = std::move(waiting_.front());
@@ -162,7 +157,7 @@ class Stages {
     ready.push_back(std::move(item));
   }
 
-  absl::Status LearnAnew(InFlight& item) {
+  absl::Status LearnLabels(InFlight& item) {
     EGOSIEVE_ASSIGN_OR_RETURN(
         OnlineSegmenter::Learnt learnt,
         segmenter_.LearnLabels(item.result.frame, std::move(item.result.labels),
@@ -176,24 +171,6 @@ class Stages {
     milliseconds.features =
         std::max(milliseconds.features, item.extract_milliseconds - milliseconds.equalization) +
         item.prepare_milliseconds;
-    if (options_.record_steps) {
-      EGOSIEVE_ASSIGN_OR_RETURN(item.result.step, segmenter_.TakeStep());
-    }
-    return absl::OkStatus();
-  }
-
-  absl::Status Replay(InFlight& item) {
-    FrameRecord& record = item.result.record;
-    record.frame_index = item.result.index;
-    record.time_seconds = item.result.frame.time_seconds;
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string step, options_.recorded_step(item.result.index));
-    StageTimer timer(record.milliseconds.posterior);
-    if (!step.empty()) {
-      EGOSIEVE_RETURN_IF_ERROR(segmenter_.Replay(step));
-    }
-    if (options_.WantsMap(item.result.index)) {
-      EGOSIEVE_ASSIGN_OR_RETURN(item.posterior, segmenter_.MakePosterior());
-    }
     return absl::OkStatus();
   }
 
@@ -204,8 +181,7 @@ class Stages {
 
   absl::Status CheckpointIfDue(InFlight& item) {
     if (IsCheckpointDue(item)) {
-      EGOSIEVE_ASSIGN_OR_RETURN(std::string checkpoint, segmenter_.Checkpoint(item.labeller_state));
-      if (options_.recorded_step == nullptr) item.result.checkpoint = std::move(checkpoint);
+      EGOSIEVE_ASSIGN_OR_RETURN(item.result.checkpoint, segmenter_.Checkpoint(item.labeller_state));
     }
     return absl::OkStatus();
   }
@@ -383,9 +359,6 @@ absl::StatusOr<PipelineSummary> RunPipeline(FrameSource& source, OnlineSegmenter
                                             const SegmentedFrameSink& sink) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(options.first_frame));
-  if (options.record_steps) {
-    segmenter.RecordSteps();
-  }
   Stages stages(source, segmenter, options, stop_requested, sink);
   EGOSIEVE_RETURN_IF_ERROR(kernels::CatchExceptions([&] {
     if (options.overlap) {

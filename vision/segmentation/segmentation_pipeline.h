@@ -8,10 +8,6 @@
 // There is one thread per stage and a bounded queue between neighbouring stages, so that every
 // stage sees the frames in order. The results are those of the same calls one after the other, byte
 // for byte. Only in labelling and learning does a frame's result depend on the frames before it.
-//
-// Learning and inference can be separate runs. A first run records its steps (learning_step.h). A
-// second run takes these, skips extraction and learning, and infers the same maps later, elsewhere,
-// for other frames or at another stride.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_PIPELINE_H_
 #define EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_PIPELINE_H_
 
@@ -44,12 +40,6 @@ struct PipelineOptions {
 
   // The frames that get a map; null: all. The other frames are learnt as well.
   std::function<bool(int64_t index)> wants_map;
-  bool record_steps = false;  // SegmentedFrame::step is filled
-
-  // Replay: returns the recorded step of a frame, or "" if there is none, as for a damaged frame.
-  // Null: extract and learn. In a replay checkpoint_interval must be the recorded run's, no
-  // checkpoint is returned, and records contain the fields of inference alone.
-  std::function<absl::StatusOr<std::string>(int64_t index)> recorded_step;
 
   bool WantsMap(int64_t index) const { return wants_map == nullptr || wants_map(index); }
   absl::Status Validate() const;
@@ -67,7 +57,6 @@ struct SegmentedFrame {
   SegmentationMap map;  // empty if the frame gets none
   FrameRecord record;
   std::string checkpoint;  // of the segmenter after this frame; empty if none is due
-  std::string step;        // changes of the model; empty if not recorded, or for a damaged frame
 };
 
 struct PipelineSummary {

@@ -171,5 +171,22 @@ TEST(DeviceCovariance, IsAccurateFarFromZero) {
   }
 }
 
+// At distances whose square float32 cannot hold, too.
+TEST(DeviceCovariance, OfStationaryFunctionsVanishesFarAway) {
+  for (const char* name : {"squared_exponential", "matern12", "matern32", "matern52"}) {
+    CovarianceParameters parameters = ParametersOf(name, 1);
+    parameters.scales = {1.0};
+    parameters.signal_stddev = 1.0;
+    const double x[3] = {0.0, 1e19, 1e30};
+    GuardedMatrix<float> k(3, 3);
+    ASSERT_TRUE(CovarianceMatrix<float>(*TestContext(), parameters, {x, 3, 1}, 0.0, Triangle::kFull,
+                                        k.view())
+                    .ok());
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) EXPECT_EQ(k(i, j), i == j ? 1.0f : 0.0f) << name;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace egosieve::kernels

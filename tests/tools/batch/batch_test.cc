@@ -14,7 +14,7 @@
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
-#include "tools/batch/drive_job.h"
+#include "tools/batch/plan.h"
 #include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/run_folder.h"
 
@@ -36,7 +36,7 @@ class Batch : public testing::Test {
     return absl::StrFormat(
         "{\"path\": \"%s/frames\", \"out\": \"out/%s\", \"flags\": {\"budget\": 100, \"stride\": "
         "8, "
-        "\"checkpoint_every\": 3}}",
+        "\"checkpoint_every\": 3}, \"then\": []}",
         drive, out);
   }
 
@@ -70,6 +70,14 @@ class Batch : public testing::Test {
     return RunProgram({"batch", root_ + "/drives.json", absl::StrCat("--jobs=", jobs)});
   }
 
+  // A program of this text.
+  std::string Program(const std::string& text) const {
+    const std::string path = root_ + "/program";
+    EXPECT_TRUE(WriteFileAtomically(path, "#!/bin/sh\n" + text + "\n").ok());
+    fs::permissions(path, fs::perms::owner_all);
+    return path;
+  }
+
   static bool WaitUntil(const std::function<bool()>& condition) {
     for (int i = 0; i < 60000 && !condition(); ++i) usleep(1000);
     return condition();
@@ -84,10 +92,10 @@ TEST_F(Batch, DoesWhatIsMissingAndToldWhatFailed) {
   ASSERT_TRUE(WriteFileAtomically(root_ + "/out/a.log", "mine").ok());
   const ProgramOutcome first = RunBatch(2);
   EXPECT_EQ(first.code, 4) << first.err;
-  EXPECT_THAT(first.out, ContainsRegex("/out/a +done +[0-9]+ +8 +0"));
-  EXPECT_THAT(first.out, ContainsRegex("/out/gone +failed +[0-9]+ +0 +0 .*nowhere"));
-  EXPECT_THAT(first.out, ContainsRegex("/out/b +done +[0-9]+ +8 +0"));
-  EXPECT_TRUE(fs::exists(root_ + "/out/egosieve_logs/gone.log"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/a +done +1 of 1 +0 +8 +0"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/gone +failed +0 of 1 +3 +0 +0 .*nowhere"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/b +done +1 of 1 +0 +8 +0"));
+  EXPECT_TRUE(fs::exists(root_ + "/out/egosieve_logs/gone/segment.log"));
   EXPECT_EQ(*ReadFile(root_ + "/out/a.log"), "mine");
 
   // Half of one, and a whole one: they end as if nothing had happened.
@@ -99,8 +107,8 @@ TEST_F(Batch, DoesWhatIsMissingAndToldWhatFailed) {
   WriteManifest({Entry("a", "a"), Entry("b", "b")});
   const ProgramOutcome second = RunBatch();
   EXPECT_EQ(second.code, 0) << second.err << second.out;
-  EXPECT_THAT(second.out, ContainsRegex("/out/a +was done +[0-9]+ +8 +0"));
-  EXPECT_THAT(second.out, ContainsRegex("/out/b +done +[0-9]+ +8 +0"));
+  EXPECT_THAT(second.out, ContainsRegex("/out/a +done +1 of 1 +0 +8 +0"));
+  EXPECT_THAT(second.out, ContainsRegex("/out/b +done +1 of 1 +0 +8 +0"));
   EXPECT_EQ(CompareRuns(root_ + "/whole", root_ + "/out/b"), "");
 }
 
@@ -118,8 +126,8 @@ TEST_F(Batch, DoesWhatFollowsForAFolderOfDrivesAndLinksItAll) {
   const ProgramOutcome first = RunProgram(arguments);
   EXPECT_EQ(first.code, 4) << first.err;
   EXPECT_THAT(first.err, HasSubstr("left out: notes.txt"));
-  EXPECT_THAT(first.out, ContainsRegex("/out/a +done +0 +8 +0"));
-  EXPECT_THAT(first.out, ContainsRegex("/out/c & <d> +failed +3 +0 +0"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/a +done +5 of 5 +0 +8 +0"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/c & <d> +failed +0 of 5 +3 +0 +0"));
   for (const char* file : {"a/report.html", "a/overlay.mp4", "a/masks/000003.png",
                            "a.masks/000003.png.png", "b/report.html"}) {
     EXPECT_TRUE(fs::exists(root_ + "/out/" + file)) << file;
@@ -127,8 +135,8 @@ TEST_F(Batch, DoesWhatFollowsForAFolderOfDrivesAndLinksItAll) {
   const std::string page = *ReadFile(root_ + "/out/batch.html");
   for (const char* part :
        {"<a href=\"a/report.html\">report</a>", "<a href=\"b/overlay.mp4\">overlay</a>",
-        "<a href=\"a.masks\">masks</a>", "<a href=\"egosieve_logs/a.log\">log</a>",
-        "<a href=\"egosieve_logs/c%20%26%20%3Cd%3E.log\">log</a>", "c &amp; &lt;d&gt;",
+        "<a href=\"a.masks\">masks</a>", "<a href=\"egosieve_logs/a\">logs</a>",
+        "<a href=\"egosieve_logs/c%20%26%20%3Cd%3E\">logs</a>", "c &amp; &lt;d&gt;",
         "3 drives, 2 done, 1 failed", "<td class=\"number\">3</td>"}) {
     EXPECT_THAT(page, HasSubstr(part));
   }
@@ -139,8 +147,8 @@ TEST_F(Batch, DoesWhatFollowsForAFolderOfDrivesAndLinksItAll) {
   const auto before = fs::last_write_time(root_ + "/out/a/overlay.mp4");
   const ProgramOutcome second = RunProgram(arguments);
   EXPECT_EQ(second.code, 0) << second.err;
-  EXPECT_THAT(second.out, ContainsRegex("/out/a +was done +0 +8 +0"));
-  EXPECT_THAT(second.out, ContainsRegex("/out/b +done +0 +8 +0"));
+  EXPECT_THAT(second.out, ContainsRegex("/out/a +done +5 of 5 +0 +8 +0"));
+  EXPECT_THAT(second.out, ContainsRegex("/out/b +done +5 of 5 +0 +8 +0"));
   EXPECT_EQ(fs::last_write_time(root_ + "/out/a/overlay.mp4"), before);
   EXPECT_TRUE(fs::exists(root_ + "/out/b/report.html"));
 }
@@ -153,7 +161,8 @@ TEST_F(Batch, WhatFailsBehindSegmentIsNamed) {
                   .ok());
   const ProgramOutcome outcome = RunProgram({"batch", root_ + "/drives.toml"});
   EXPECT_EQ(outcome.code, 4);
-  EXPECT_THAT(outcome.out, ContainsRegex("/out/a +failed +2 +8 +0 .*render: unknown flag --loud"));
+  EXPECT_THAT(outcome.out,
+              ContainsRegex("/out/a +failed +1 of 2 +2 +8 +0 .*render: unknown flag --loud"));
 }
 
 TEST_F(Batch, AFlagThatIsOnByDefaultIsTurnedOff) {
@@ -168,42 +177,34 @@ TEST_F(Batch, AFlagThatIsOnByDefaultIsTurnedOff) {
   EXPECT_FALSE(fs::exists(root_ + "/out/a/overlay.mp4"));
 }
 
-// The handler stands for that of the program, which the child has until it executes.
-TEST_F(Batch, ASignalRightAfterTheStartEndsADrive) {
-  const std::string program = root_ + "/endless";
-  ASSERT_TRUE(WriteFileAtomically(program, "#!/bin/sh\nexec sleep 300\n").ok());
-  fs::permissions(program, fs::perms::owner_all);
-  const auto before = signal(SIGTERM, [](int) {});
-  for (int repetition = 0; repetition < 20; ++repetition) {
-    absl::StatusOr<DriveJob> job = DriveJob::Start(program, {"input", root_ + "/run", {}, {}});
-    ASSERT_TRUE(job.ok()) << job.status();
-    job->Interrupt();
-    bool has_ended = false;
-    for (int i = 0; i < 60000 && !has_ended; ++i) {
-      has_ended = job->HasEnded();
-      if (!has_ended) usleep(1000);
-    }
-    ASSERT_TRUE(has_ended) << repetition;
-    EXPECT_EQ(job->outcome().state, DriveOutcome::State::kInterrupted);
-  }
-  signal(SIGTERM, before);
+TEST_F(Batch, ASignalBeforeTheProgramCatchesItIsAnInterruption) {
+  const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run", {}}});
+  const absl::StatusOr<int> code =
+      plan.Run(0, 0, Program("exec sleep 300"), /*to_log=*/true, [] { return true; });
+  ASSERT_TRUE(code.ok()) << code.status();
+  EXPECT_EQ(*code, 130);
+  EXPECT_EQ(plan.Record(0, 0)->exit_code, TaskRecord::kBegun);
 }
 
 // The kernel reaps the children of a program that was started with SIGCHLD ignored: how they ended
 // is not known, and nothing counts as done.
 TEST_F(Batch, AStepOfWhichNobodyKnowsHowItEndedIsNotDone) {
-  const std::string program = root_ + "/program";
-  ASSERT_TRUE(WriteFileAtomically(program, "#!/bin/sh\nexit 3\n").ok());
-  fs::permissions(program, fs::perms::owner_all);
-  const BatchEntry entry = {"input", root_ + "/run", {}, {{"report", {}}}};
+  ASSERT_EQ(RunProgram({"segment", root_ + "/a/frames", "--out=" + root_ + "/run", "--budget=100",
+                        "--stride=8"})
+                .code,
+            0);
+  ASSERT_EQ(RunProgram({"report", root_ + "/run"}).code, 0);
+  const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run", {}, {{"report", {}}}}});
+  const std::string program = Program("exit 0");
+  const auto run = [&] { return plan.Run(1, 0, program, /*to_log=*/true, [] { return false; }); };
   const auto before = signal(SIGCHLD, SIG_IGN);
-  absl::StatusOr<DriveJob> job = DriveJob::Start(program, entry);
-  ASSERT_TRUE(job.ok()) << job.status();
-  EXPECT_TRUE(WaitUntil([&] { return job->HasEnded(); }));
+  const absl::StatusOr<int> lost = run();
   signal(SIGCHLD, before);
-  EXPECT_EQ(job->outcome().state, DriveOutcome::State::kFailed);
-  EXPECT_THAT(job->outcome().reason, HasSubstr("cannot tell how segment ended"));
-  EXPECT_FALSE(fs::exists(TaskNotesPath(entry)));
+  EXPECT_EQ(lost.status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_FALSE(plan.IsDone(1, 0));
+  EXPECT_THAT(plan.Record(1, 0)->reason, HasSubstr("lost " + program));
+  EXPECT_EQ(run().value_or(-1), 0);
+  EXPECT_TRUE(plan.IsDone(1, 0));
 }
 
 TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
@@ -223,13 +224,14 @@ TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
   expect({root_, out, "--then=sing"}, 2, "'sing' is none of");
   expect({root_, out, "--segment_flags=stride=3"}, 2, "is no flag");
   expect({root_, root_, out}, 2, "is that of entry");
-  for (const std::string flag :
-       {"--scene_cuts", "--cpus=1", "--sbatch=--nice=100", "--measured_frames=9", "--dry_run"}) {
-    expect({root_, out, flag}, 2, "--status: " + flag.substr(0, flag.find('=')) + ";");
-  }
-  ASSERT_TRUE(WriteFileAtomically(root_ + "/mine.html", "mine").ok());
-  expect({root_, out, "--index=" + root_ + "/mine.html"}, 2, "is no page of a batch");
-  EXPECT_EQ(*ReadFile(root_ + "/mine.html"), "mine");
+  expect({root_, out, "--sbatch=--nice=100"}, 2, "no effect without --engine=slurm");
+  expect({root_, out, "--task=0", "--piece_minutes=1"}, 2, "give the file that --plan names");
+  fs::create_directories(root_ + "/there");
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/there/batch.html", "mine").ok());
+  const ProgramOutcome foreign = RunProgram({"batch", root_, "--out=" + root_ + "/there"});
+  EXPECT_EQ(foreign.code, 2);
+  EXPECT_THAT(foreign.err, HasSubstr("is no page of a batch"));
+  EXPECT_EQ(*ReadFile(root_ + "/there/batch.html"), "mine");
 }
 
 TEST_F(Batch, FramesThatFailMakeItsExitCodeEachTime) {
@@ -239,7 +241,7 @@ TEST_F(Batch, FramesThatFailMakeItsExitCodeEachTime) {
   for (int repetition = 0; repetition < 2; ++repetition) {
     const ProgramOutcome outcome = RunBatch();
     EXPECT_EQ(outcome.code, 4);
-    EXPECT_THAT(outcome.out, ContainsRegex("/out/a +frames failed +[0-9]+ +7 +1"));
+    EXPECT_THAT(outcome.out, ContainsRegex("/out/a +frames failed +1 of 1 +4 +8 +1"));
   }
 }
 
@@ -261,8 +263,8 @@ TEST_F(Batch, AnInterruptedOneGoesOn) {
   EXPECT_THAT(table, ContainsRegex("/out/b +not started"));
   const ProgramOutcome again = RunBatch();
   EXPECT_EQ(again.code, 0) << again.out;
-  EXPECT_THAT(again.out, ContainsRegex("/out/a +(was )?done +[0-9]+ +8 +0"));
-  EXPECT_THAT(again.out, ContainsRegex("/out/b +done +[0-9]+ +8 +0"));
+  EXPECT_THAT(again.out, ContainsRegex("/out/a +done +1 of 1 +0 +8 +0"));
+  EXPECT_THAT(again.out, ContainsRegex("/out/b +done +1 of 1 +0 +8 +0"));
 }
 
 TEST_F(Batch, AKilledOneGoesOn) {
@@ -273,37 +275,8 @@ TEST_F(Batch, AKilledOneGoesOn) {
   ASSERT_TRUE(WaitUntil([&] { return FolderLock::Take(root_ + "/out/a").ok(); }));
   const ProgramOutcome again = RunBatch();
   EXPECT_EQ(again.code, 0) << again.out;
-  EXPECT_THAT(again.out, ContainsRegex("/out/a +(was )?done +[0-9]+ +8 +0"));
-  EXPECT_THAT(again.out, ContainsRegex("/out/b +done +[0-9]+ +8 +0"));
-}
-
-// Otherwise a drive would go on writing where the next batch begins. Its program is one that would
-// never end by itself.
-TEST_F(Batch, AKilledOneEndsItsDrives) {
-  const std::string program = root_ + "/endless", pid_path = root_ + "/pid";
-  ASSERT_TRUE(WriteFileAtomically(program, "#!/bin/sh\necho $$ > " + pid_path + ".tmp\nmv " +
-                                               pid_path + ".tmp " + pid_path +
-                                               "\nexec sleep 100000\n")
-                  .ok());
-  fs::permissions(program, fs::perms::owner_all);
-  const pid_t batch = fork();
-  if (batch == 0) {
-    const absl::StatusOr<DriveJob> job =
-        DriveJob::Start(program, {"input", root_ + "/run", {}, {}});
-    while (job.ok()) pause();
-    _exit(1);
-  }
-  ASSERT_TRUE(WaitUntil([&] { return fs::exists(pid_path); }));
-  const pid_t drive = static_cast<pid_t>(std::stoi(*ReadFile(pid_path)));
-  EXPECT_EQ(kill(drive, 0), 0);
-  kill(batch, SIGKILL);
-  WaitForProgram(batch);
-  // Gone, or dead and waiting for its new parent to notice.
-  EXPECT_TRUE(WaitUntil([&] {
-    const absl::StatusOr<std::string> stat = ReadFile(absl::StrCat("/proc/", drive, "/stat"));
-    return !stat.ok() || stat->find(") Z ") != std::string::npos;
-  }));
-  kill(drive, SIGKILL);
+  EXPECT_THAT(again.out, ContainsRegex("/out/a +done +1 of 1 +0 +8 +0"));
+  EXPECT_THAT(again.out, ContainsRegex("/out/b +done +1 of 1 +0 +8 +0"));
 }
 
 }  // namespace

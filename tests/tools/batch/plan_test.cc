@@ -3,28 +3,23 @@
 #include "tools/batch/plan.h"
 
 #include <filesystem>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
-#include "tools/batch/drive_cuts.h"
+#include "tools/batch/cuts.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
 namespace {
 
-using ::testing::Contains;
 using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 std::vector<std::string> StageNames(const BatchPlan& plan) {
   std::vector<std::string> names;
@@ -32,8 +27,16 @@ std::vector<std::string> StageNames(const BatchPlan& plan) {
   return names;
 }
 
+BatchPlan Plan(const std::vector<BatchEntry>& entries) {
+  absl::StatusOr<BatchPlan> plan = BatchPlan::Create(entries);
+  EXPECT_TRUE(plan.ok()) << plan.status();
+  return *std::move(plan);
+}
+
+const std::vector<BatchStep> kUsual = {{"reconstruct", {}}, {"report", {}}};
+
 TEST(BatchPlan, NumbersStageByStageAndNeedsWhatComesBefore) {
-  const BatchPlan plan({{"a.mp4", "out/a", {}}, {"b.mp4", "out/b", {}}}, 0);
+  const BatchPlan plan = Plan({{"/a.mp4", "/out/a", {}, kUsual}, {"/b.mp4", "/out/b", {}, kUsual}});
   EXPECT_THAT(StageNames(plan), ElementsAre("segment", "reconstruct", "report"));
   EXPECT_EQ(plan.task_count(), 6);
   EXPECT_THAT(plan.stages()[0].needs, ElementsAre());
@@ -43,80 +46,56 @@ TEST(BatchPlan, NumbersStageByStageAndNeedsWhatComesBefore) {
 }
 
 TEST(BatchPlan, StepsNeedTheMapsAndTheMasksBeforeThem) {
-  const BatchStep masks = {"masks", {"--for=colmap"}}, infer = {"infer", {}};
+  const BatchStep masks = {"masks", {"--for=colmap"}};
   const BatchStep reconstruct = {"reconstruct", {"--causal"}}, render = {"render", {}};
-  const BatchPlan plan({{"a.mp4", "out/a", {}, {infer, reconstruct, masks, render}}}, 0);
-  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "infer", "reconstruct", "masks", "render"));
+  const BatchPlan plan =
+      Plan({{"/a.mp4", "/out/a", {"--device=cpu"}, {reconstruct, masks, render}}});
+  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "reconstruct", "masks", "render"));
   EXPECT_THAT(plan.stages()[1].needs, ElementsAre(0));
   EXPECT_THAT(plan.stages()[2].needs, ElementsAre(1));
-  EXPECT_THAT(plan.stages()[3].needs, ElementsAre(2));
-  EXPECT_THAT(plan.stages()[4].needs, ElementsAre(2));
-  EXPECT_THAT(plan.Arguments(2, 0),
-              ElementsAre("reconstruct", "out/a", "--resume", "--causal", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(3, 0), ElementsAre("masks", "out/a", "--out=out/a.masks",
+  EXPECT_THAT(plan.stages()[3].needs, ElementsAre(1));
+  EXPECT_THAT(plan.Arguments(0, 0), ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
+                                                "--device=cpu", "--progress=none"));
+  EXPECT_THAT(plan.Arguments(1, 0),
+              ElementsAre("reconstruct", "/out/a", "--causal", "--device=cpu", "--progress=none"));
+  EXPECT_THAT(plan.Arguments(2, 0), ElementsAre("masks", "/out/a", "--out=/out/a.masks",
                                                 "--overwrite", "--for=colmap", "--progress=none"));
-  EXPECT_TRUE(CheckThen({{"a", "a", {}, {masks}}, {"b", "b", {}, {masks}}}).ok());
-  EXPECT_EQ(CheckThen({{"a", "a", {}, {masks}}, {"b", "b", {}, {render}}}).code(),
+  EXPECT_EQ(BatchPlan::Create({{"a", "a", {}, {masks}}, {"b", "b", {}, {render}}}).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
 
-TEST(BatchPlan, TasksHaveTheDrivesFlags) {
-  const BatchPlan plan({{"a.mp4", "out/a", {"--stride=2", "--device=cpu"}}}, 4);
-  EXPECT_THAT(plan.Arguments(0, 0),
-              ElementsAre("segment", "a.mp4", "--out=out/a", "--resume", "--stride=2",
-                          "--device=cpu", "--threads=4", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(1, 0), ElementsAre("reconstruct", "out/a", "--resume", "--device=cpu",
-                                                "--threads=4", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(2, 0), ElementsAre("report", "out/a"));
-  const BatchPlan own({{"a.mp4", "out/a", {"--learn_only", "--threads=1"}}}, 4);
-  EXPECT_THAT(own.Arguments(0, 0), ElementsAre("segment", "a.mp4", "--out=out/a", "--resume",
-                                               "--learn_only", "--threads=1", "--progress=none"));
-}
-
-TEST(BatchPlan, ATaskThatNeedsAnotherSaysWhich) {
-  const std::string out = FreshFolder() + "/none";
-  const BatchPlan plan({{"a.mp4", out, {}}}, 0);
-  EXPECT_TRUE(plan.ArgumentsOfReadyTask(0).ok());
-  const absl::Status early = plan.ArgumentsOfReadyTask(2).status();
-  EXPECT_EQ(early.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(early.message()), HasSubstr("--task=1"));
-  EXPECT_EQ(plan.ArgumentsOfReadyTask(3).status().code(), absl::StatusCode::kOutOfRange);
-  EXPECT_EQ(plan.ArgumentsOfReadyTask(-1).status().code(), absl::StatusCode::kOutOfRange);
-}
-
 TEST(BatchPlan, CutDrivesAreLearntInPiecesThatOverlap) {
-  const BatchPlan plan({{"a.mp4", "out/a", {"--stride=2"}, {}, {100, 250}}, {"b.mp4", "out/b", {}}},
-                       0);
-  EXPECT_THAT(StageNames(plan), ElementsAre("segment 1/3", "segment 2/3", "segment 3/3", "merge",
-                                            "reconstruct", "report"));
+  const BatchPlan plan = Plan(
+      {{"/a.mp4", "/out/a", {"--stride=2"}, kUsual, {100, 250}}, {"/b.mp4", "/out/b", {}, kUsual}});
+  EXPECT_THAT(StageNames(plan),
+              ElementsAre("segment_1", "segment_2", "segment_3", "merge", "reconstruct", "report"));
   EXPECT_THAT(plan.stages()[3].needs, ElementsAre(0, 1, 2));
   EXPECT_THAT(plan.stages()[4].needs, ElementsAre(3));
-  EXPECT_THAT(plan.Arguments(0, 0), ElementsAre("segment", "a.mp4", "--out=out/a", "--resume",
+  EXPECT_THAT(plan.Arguments(0, 0), ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
                                                 "--stride=2", "--to=99", "--progress=none"));
   EXPECT_THAT(plan.Arguments(1, 0),
-              ElementsAre("segment", "a.mp4", "--out=out/a.pieces/2", "--resume", "--stride=2",
+              ElementsAre("segment", "/a.mp4", "--out=/out/a.pieces/2", "--resume", "--stride=2",
                           "--from=90", "--to=249", "--progress=none"));
   EXPECT_THAT(plan.Arguments(2, 0),
-              ElementsAre("segment", "a.mp4", "--out=out/a.pieces/3", "--resume", "--stride=2",
+              ElementsAre("segment", "/a.mp4", "--out=/out/a.pieces/3", "--resume", "--stride=2",
                           "--from=240", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(3, 0),
-              ElementsAre("merge", "out/a", "out/a.pieces/2", "out/a.pieces/3", "--progress=none"));
+  EXPECT_THAT(plan.Arguments(3, 0), ElementsAre("merge", "/out/a", "/out/a.pieces/2",
+                                                "/out/a.pieces/3", "--progress=none"));
   // A drive in one piece.
   EXPECT_THAT(plan.Arguments(0, 1),
-              ElementsAre("segment", "b.mp4", "--out=out/b", "--resume", "--progress=none"));
-  for (const int task : {3, 5, 7}) {
-    EXPECT_THAT(*plan.ArgumentsOfReadyTask(task), ElementsAre()) << task;
+              ElementsAre("segment", "/b.mp4", "--out=/out/b", "--resume", "--progress=none"));
+  for (const size_t stage : {1, 2, 3}) {
+    EXPECT_THAT(plan.Arguments(stage, 1), ElementsAre());
+    EXPECT_TRUE(plan.IsDone(stage, 1));
   }
-  EXPECT_EQ(plan.LongestPiece(300), 300) << "a drive in one piece";
-  EXPECT_EQ(BatchPlan({{"a", "a", {}, {}, {100, 250}}}, 0).LongestPiece(300), 160);
-  EXPECT_EQ(BatchPlan({{"a", "a", {}, {}, {100, 250}}}, 0).LongestPiece(500), 260);
 }
 
 TEST(BatchPlan, PiecesExcludeFlagsThatChooseFrames) {
-  EXPECT_TRUE(CheckCuts({{"a", "a", {"--to=5"}}, {"b", "b", {"--stride=2"}, {}, {10}}}).ok());
-  EXPECT_TRUE(CheckCuts({{"b", "b", {"--learn_only=false"}, {}, {10}}}).ok());
-  for (const char* flag : {"--from=3", "--to=5", "--max_frames=9", "--learn_only"}) {
-    EXPECT_EQ(CheckCuts({{"b", "b", {flag}, {}, {10}}}).code(), absl::StatusCode::kInvalidArgument)
+  EXPECT_TRUE(
+      BatchPlan::Create({{"a", "a", {"--to=5"}}, {"b", "b", {"--stride=2"}, {}, {10}}}).ok());
+  for (const char* flag : {"--from=3", "--to=5", "--max_frames=9"}) {
+    EXPECT_EQ(BatchPlan::Create({{"b", "b", {flag}, {}, {10}}}).status().code(),
+              absl::StatusCode::kInvalidArgument)
         << flag;
   }
 }
@@ -127,17 +106,6 @@ TEST(DriveCuts, AreTheFewestPiecesOfEqualLength) {
   EXPECT_THAT(EqualCuts(9001, 0.1, 5), ElementsAre(2250, 4500, 6750));
   EXPECT_THAT(EqualCuts(3, 1.0, 1e-9), ElementsAre(1, 2)) << "no piece is empty";
   EXPECT_THAT(EqualCuts(-1, 0.1, 5), ElementsAre()) << "a length that no header tells";
-}
-
-TEST(DriveCuts, AtScenesArePiecesOfWholeScenes) {
-  // 600 frames a piece at most.
-  EXPECT_THAT(CutsAtScenes(600, {300}, 0.1, 1), ElementsAre()) << "one piece holds both";
-  EXPECT_THAT(CutsAtScenes(900, {}, 0.1, 1), ElementsAre(450));
-  EXPECT_THAT(CutsAtScenes(900, {200, 500}, 0.1, 1), ElementsAre(500));
-  EXPECT_THAT(CutsAtScenes(1500, {100, 400, 800, 1300}, 0.1, 1), ElementsAre(400, 800, 1300));
-  EXPECT_THAT(CutsAtScenes(1600, {100, 1500}, 0.1, 1), ElementsAre(100, 566, 1033))
-      << "a long scene in thirds, and the short one joins its last";
-  EXPECT_THAT(CutsAtScenes(1000, {1, 999}, 0.1, 1), ElementsAre(1, 500));
 }
 
 class BatchTasks : public testing::Test {
@@ -170,8 +138,8 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
     EXPECT_EQ(outcome.code, 0) << task << ": " << outcome.err;
   }
   const ProgramOutcome status = run("--status");
-  EXPECT_THAT(status.out, ContainsRegex("/out/a +done +8 +0 +8 of 8 +done +done"));
-  EXPECT_THAT(status.out, ContainsRegex("/out/b +not started +0 +0 +0 of 0 +- +-"));
+  EXPECT_THAT(status.out, ContainsRegex("/out/a +done +5 of 5 +0 +8 +0 "));
+  EXPECT_THAT(status.out, ContainsRegex("/out/b +not started +0 of 5 +0 +0 +0 "));
   const std::string alone = root_ + "/alone";
   ASSERT_EQ(RunProgram({"segment", root_ + "/a/frames", "--out=" + alone, "--budget=100",
                         "--stride=8", "--checkpoint_every=3"})
@@ -194,29 +162,48 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
   EXPECT_EQ(run("--task=4", "--for=colmap --dilate=2").code, 0);
   EXPECT_TRUE(std::filesystem::exists(mask));
   // A batch on this machine reads the same book: it finds all that tasks have done.
-  EXPECT_THAT(
-      RunBatch({"--then=reconstruct,masks,render,report", "--masks_flags=--for=colmap --dilate=2"})
-          .out,
-      ContainsRegex("/out/a +was done"));
+  const auto time = std::filesystem::last_write_time(root_ + "/out/a/report.html");
+  const auto render = [&](const std::string& flags) {
+    return RunBatch({"--then=reconstruct,masks,render,report", "--masks_flags=" + flags}).code;
+  };
+  EXPECT_EQ(render("--for=colmap --dilate=2"), 0);
+  EXPECT_EQ(std::filesystem::last_write_time(root_ + "/out/a/report.html"), time);
+}
+
+// What was made of the masks is made again where they are others.
+TEST_F(BatchTasks, WhatNeedsAnotherStepIsDoneAgainWithIt) {
+  const auto report_time = [&](const std::string& flags) {
+    std::string manifest = *ReadFile(root_ + "/drives.toml");
+    manifest =
+        "[defaults]\nreconstruct = {" + flags + "}\n" + manifest.substr(0, manifest.find("[b]"));
+    EXPECT_TRUE(WriteFileAtomically(root_ + "/own.toml", manifest).ok());
+    const ProgramOutcome outcome = RunProgram({"batch", root_ + "/own.toml"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err << outcome.out;
+    return std::filesystem::last_write_time(root_ + "/out/a/report.html");
+  };
+  const auto first = report_time("");
+  EXPECT_EQ(report_time(""), first);
+  EXPECT_NE(report_time("causal = true"), first);
 }
 
 TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
   WritePatchDrive(root_ + "/a", SmallPatchDrive(16));  // 1.6 s, b 0.8 s
+  EXPECT_THAT(RunBatch({"--plan", "--piece_minutes=0.014"}).out,
+              ContainsRegex(" 0  .*/out/a  +segment_1\n"
+                            " +1  .*/out/b  +segment_1\n"
+                            " +2  .*/out/a  +segment_2\n"
+                            " +4  .*/out/a  +merge\n"));
   const auto run = [&](const std::string& flag) {
-    return RunBatch({flag, "--piece_minutes=0.014"});
+    return RunProgram({"batch", root_ + "/egosieve_jobs/drives/plan.json", flag});
   };
-  EXPECT_THAT(run("--plan").out, ContainsRegex(" 0  .*/out/a  +segment 1/2\n"
-                                               " +1  .*/out/b  +segment 1/2\n"
-                                               " +2  .*/out/a  +segment 2/2\n"
-                                               " +4  .*/out/a  +merge\n"));
-  EXPECT_THAT(run("--task=4").err, HasSubstr("'segment 1/2'"));
+  EXPECT_THAT(run("--task=4").err, HasSubstr("'segment_1'"));
   for (int task = 0; task < 10; task += 2) {  // the first drive, to its report
     const ProgramOutcome outcome = run(absl::StrCat("--task=", task));
     EXPECT_EQ(outcome.code, 0) << task << ": " << outcome.err;
   }
   EXPECT_EQ(run("--task=3").code, 0) << "nothing to do";
-  EXPECT_THAT(run("--status").out, ContainsRegex("/out/a +done +16 +0 +16 of 16 +done +done"));
-  EXPECT_THAT(run("--status").out, ContainsRegex("/out/a.pieces/2 +done +15 +0 +15 of 15"));
+  EXPECT_EQ(run("--task=2").code, 0) << "again";
+  EXPECT_THAT(run("--status").out, ContainsRegex("/out/a +done +5 of 5 +0 +16 +0 "));
   const auto segment = [&](const std::string& name, const std::string& part) {
     return RunProgram({"segment", root_ + "/a/frames", "--out=" + root_ + "/" + name,
                        "--budget=100", "--stride=8", "--checkpoint_every=3", part})
@@ -225,55 +212,34 @@ TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
   ASSERT_EQ(segment("p1", "--to=7"), 0);
   ASSERT_EQ(segment("p2", "--from=1"), 0);
   ASSERT_EQ(RunProgram({"merge", root_ + "/p1", root_ + "/p2"}).code, 0);
+  // Pieces on this machine: the manifest as it is, but for its run folders.
+  ASSERT_TRUE(WriteFileAtomically(
+                  root_ + "/here.toml",
+                  absl::StrReplaceAll(*ReadFile(root_ + "/drives.toml"), {{"\"out/", "\"here/"}}))
+                  .ok());
+  const ProgramOutcome here =
+      RunProgram({"batch", root_ + "/here.toml", "--piece_minutes=0.014", "--jobs=2"});
+  ASSERT_EQ(here.code, 0) << here.err << here.out;
   for (const char* file : {"/grid/000004.prob.png", "/grid/000012.prob.png"}) {
     const absl::StatusOr<std::string> expected = ReadFile(root_ + "/p1" + file);
     ASSERT_TRUE(expected.ok()) << expected.status();
     EXPECT_EQ(*expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
+    EXPECT_EQ(*expected, ReadFile(root_ + "/here/a" + file).value_or("none")) << file;
   }
-  const ProgramOutcome here = RunBatch({"--piece_minutes=1"});
-  EXPECT_EQ(here.code, 2);
-  EXPECT_THAT(here.err, HasSubstr("--engine=slurm or --task"));
-}
-
-TEST_F(BatchTasks, PiecesEndWithScenes) {
-  const PatchDriveOptions scene = SmallPatchDrive(16);
-  WritePatchDrive(root_ + "/a", scene);
-  for (int i = 10; i < 16; ++i) {  // another scene: the same upside down
-    cv::Mat turned;
-    cv::flip(PatchFrame(scene, i), turned, 0);
-    ASSERT_TRUE(cv::imwrite(root_ + absl::StrFormat("/a/frames/%06d.png", i), turned));
-  }
-  const auto plan = [&] {
-    return RunBatch({"--plan", "--json", "--piece_minutes=0.02", "--scene_cuts"});
-  };
-  const ProgramOutcome found = plan();
-  EXPECT_THAT(found.out, HasSubstr("\"--to=9\""));
-  EXPECT_THAT(found.err, HasSubstr("looking for scene cuts in"));
-  // It is kept, and told the tasks; another length of the input makes it void.
-  const std::string notes = root_ + "/out/egosieve_logs/a.tasks/scenes.json";
-  const std::string kept = ReadFile(notes).value_or("");
-  EXPECT_THAT(kept, HasSubstr("\"frames\":16,\"cuts\":[10]"));
-  ASSERT_TRUE(WriteFileAtomically(notes, absl::StrReplaceAll(kept, {{"[10]", "[7]"}})).ok());
-  const ProgramOutcome known = plan();
-  EXPECT_THAT(known.out, HasSubstr("\"--to=6\""));
-  EXPECT_THAT(known.err, Not(HasSubstr("/a/frames")));
-  std::filesystem::remove(root_ + "/a/frames/000015.png");
-  EXPECT_THAT(plan().out, HasSubstr("\"--to=9\""));
-  const ProgramOutcome bare = RunBatch({"--plan", "--scene_cuts"});
-  EXPECT_EQ(bare.code, 2);
-  EXPECT_THAT(bare.err, HasSubstr("--piece_minutes"));
 }
 
 TEST_F(BatchTasks, StatusTellsWhatIsThereAtAnyTime) {
-  EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +not started +0 +0 +0 of 0 +- +-"));
+  EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +not started +0 of 3 +0 +0 +0 "));
   ASSERT_EQ(RunBatch({"--task=0"}).code, 0);
-  EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +done +8 +0 +8 of 8 +- +-"));
+  EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +begun +1 of 3 +0 +8 +0 "));
   const ProgramOutcome early = RunBatch({"--task=4"});
   EXPECT_EQ(early.code, 2);
   EXPECT_THAT(early.err, HasSubstr("'reconstruct'"));
   EXPECT_EQ(CountLines(early.err), 1);
   EXPECT_THAT(RunBatch({"--plan"}).out, ContainsRegex(" 3  .*/out/b  reconstruct\n"));
   EXPECT_EQ(RunBatch({"--plan", "--task=1"}).code, 2);
+  EXPECT_THAT(*ReadFile(root_ + "/out/batch.html"), HasSubstr("2 drives, 1 begun, 1 not started"));
+  EXPECT_EQ(RunBatch({"--task=6"}).code, 2);
   ASSERT_TRUE(WriteFileAtomically(root_ + "/out/a/run.json", "{").ok());
   EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +unreadable .*run.json"));
 }

@@ -106,7 +106,6 @@ TEST_F(BadInput, APipeWhereARunHasItsNumbers) {
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"render", out_, "--images", "--no_video", "--progress=none"},
-        {"evaluate", out_, "--truth=" + drive + "/masks", "--no_plots"},
         {"report", out_, "--progress=none"}}) {
     const ProgramOutcome outcome = RunProgram(command);
     EXPECT_EQ(outcome.code, command[0] == "report" ? 0 : 2) << command[0];
@@ -333,7 +332,6 @@ TEST_F(BadInput, FoldersThatAreNoRuns) {
     ExpectRefused(RunProgram({command, input_}), 3, "run.json");
     ExpectRefused(RunProgram({command, "/nowhere"}), 3, "/nowhere");
   }
-  ExpectRefused(RunProgram({"evaluate", input_, "--truth=" + root_ + "/masks"}), 3, "run.json");
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ import tempfile
 import unittest
 
 PROGRAM = os.path.abspath('tools/egosieve')
+EVALUATION = os.path.abspath('tools/evaluate/egosieve-eval')
 
 SYNTHETIC_FRAMES, REAL_FRAMES = 30, 20
 SYNTHETIC = {
@@ -38,8 +39,9 @@ TRAFFIC = {
 STREET = {'kitti-residential': {'mean_auc': 0.943, 'mask_j': 0.30}}  # 0.948, 0.32; AUC 0.922 where lane lines are bounded
 
 
-def run(*arguments):
-    done = subprocess.run([PROGRAM, *arguments, '--progress=none'], capture_output=True, text=True, check=False)
+def run(program, *arguments):
+    environment = dict(os.environ, EGOSIEVE_PROGRAM=PROGRAM)
+    done = subprocess.run([program, *arguments], capture_output=True, text=True, check=False, env=environment)
     if done.returncode != 0:
         raise AssertionError(f'{arguments}: {done.stderr}')
     return done.stdout
@@ -47,8 +49,8 @@ def run(*arguments):
 
 def suite(folder, frames=0, profile='default', masks=True):
     """Scores by sequence, and the share of movers found by heading, in masks with an IoU of 0.5."""
-    table = run('evaluate', f'--suite={folder}', f'--out={folder}_runs', f'--profiles={profile}', '--no_plots',
-                f'--max_frames={frames}', *['--masks'] * masks)
+    table = run(EVALUATION, 'suite', folder, f'--out={folder}_runs', f'--profiles={profile}', '--no-plots',
+                f'--max-frames={frames}', *['--no-masks'] * (not masks))
     with open(f'{folder}_runs/suite.json') as text:
         scores = {row['sequence']: row for row in json.load(text)['sequences']}
     found = {line.rsplit(None, 3)[0]: float(line.split()[-1]) for line in table.split('\n') if 'within 40 m' in line}
@@ -72,7 +74,7 @@ class Headline(unittest.TestCase):
 
     def test_synthetic_traffic(self):
         for scenario in (*SYNTHETIC, *PEOPLE):
-            run('synthesize', f'--scenario={scenario}', f'--frames={SYNTHETIC_FRAMES}', f'--out={self.folder}/street/{scenario}')
+            run(PROGRAM, 'synthesize', f'--scenario={scenario}', f'--frames={SYNTHETIC_FRAMES}', f'--out={self.folder}/street/{scenario}', '--progress=none')
         scores, found = suite(f'{self.folder}/street', SYNTHETIC_FRAMES)
         self.check(scores, SYNTHETIC | PEOPLE)
         false_objects = sum(scores[scenario]['false_objects_per_frame'] for scenario in SYNTHETIC) / len(SYNTHETIC)
@@ -82,7 +84,7 @@ class Headline(unittest.TestCase):
                 self.assertGreaterEqual(found[f'{heading} vehicle within 40 m'], least)
 
     def test_fast(self):
-        run('synthesize', '--scenario=junction', f'--frames={SYNTHETIC_FRAMES}', f'--out={self.folder}/street/junction')
+        run(PROGRAM, 'synthesize', '--scenario=junction', f'--frames={SYNTHETIC_FRAMES}', f'--out={self.folder}/street/junction', '--progress=none')
         scores, _ = suite(f'{self.folder}/street', profile='fast')
         self.check(scores, FAST)
 

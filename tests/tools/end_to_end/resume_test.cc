@@ -229,11 +229,10 @@ TEST_F(Resume, AnInterruptionEndsBetweenFramesAndSaysSo) {
   }
 }
 
-// The sparse model, and a run that keeps its models: likewise.
+// The sparse model, and a run without some of its maps: likewise.
 TEST_F(Resume, OfAnyModelAndMode) {
   for (const std::vector<std::string>& mode :
-       {std::vector<std::string>{"--profile=fast"},
-        std::vector<std::string>{"--model=sparse", "--learn_only"},
+       {std::vector<std::string>{"--profile=fast"}, std::vector<std::string>{"--model=sparse"},
         std::vector<std::string>{"--every=3"}}) {
     std::vector<std::string> arguments = Arguments(whole_, mode);
     arguments.push_back("--overwrite");

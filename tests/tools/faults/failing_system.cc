@@ -144,6 +144,12 @@ int fsync(int descriptor) {
   return Next<decltype(fsync)>("fsync")(descriptor);
 }
 
+// A link is what merge does instead of a rename.
+int link(const char* from, const char* to) {
+  if (Below(to) && Fails(FaultKind::kRename)) return Refuse(EIO);
+  return Next<decltype(link)>("link")(from, to);
+}
+
 int rename(const char* from, const char* to) {
   if (Below(to) && Fails(FaultKind::kRename)) return Refuse(EIO);
   return Next<decltype(rename)>("rename")(from, to);

@@ -66,7 +66,7 @@ class Faults : public testing::TestWithParam<std::string> {
     std::ofstream(world_ + "/notes.txt") << "somebody else's";
     std::ofstream(world_ + "/drives.json")
         << R"([{"path": "frames", "out": "run", "flags": {"budget": 100, "stride": 8,)"
-        << R"( "checkpoint_every": 2}}])";
+        << R"( "checkpoint_every": 2}, "then": []}])";
   }
   ~Faults() override { unsetenv("LD_PRELOAD"); }
 
@@ -101,10 +101,7 @@ class Faults : public testing::TestWithParam<std::string> {
     if (name == "masks") {
       command.insert(command.end(), {"--for=colmap", "--overwrite", "--out=" + MasksFolder()});
     }
-    return {name,
-            Segment(name == "infer" ? std::vector<std::string>{"--learn_only"}
-                                    : std::vector<std::string>{}),
-            command, command};
+    return {name, Segment({}), command, command};
   }
 
   // Every file outside the folders that commands write to, with its bytes.
@@ -242,8 +239,8 @@ TEST_P(Faults, NeitherLoseNorHideAnything) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Commands, Faults,
-                         testing::Values("segment", "infer", "reconstruct", "masks", "render",
-                                         "report", "batch", "merge"),
+                         testing::Values("segment", "reconstruct", "masks", "render", "report",
+                                         "batch", "merge"),
                          [](const auto& command) { return command.param; });
 
 }  // namespace

@@ -1,5 +1,7 @@
 // A drive learnt in pieces: each frame has the maps of the first piece that holds it.
 
+#include <filesystem>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
@@ -55,6 +57,9 @@ TEST_F(Pieces, AreOneRunWhenTheyAreMerged) {
   EXPECT_EQ(Map("first", 9), Map("second", 9));
   EXPECT_EQ(Map("first", 15), Map("third", 15));
   EXPECT_NE(Map("second", 9), Map("third", 9));
+  // No copies.
+  EXPECT_TRUE(std::filesystem::equivalent(Folder("first") + "/grid/000015.prob.png",
+                                          Folder("third") + "/grid/000015.prob.png"));
   const ProgramOutcome whole = RunProgram({"reconstruct", Folder("first"), "--progress=none"});
   EXPECT_EQ(whole.code, 0) << whole.err;
   EXPECT_THAT(whole.out, HasSubstr("16 frames reconstructed"));

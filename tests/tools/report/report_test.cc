@@ -84,14 +84,12 @@ TEST(MakeReportPage, TellsThatPicturesLieFarApart) {
   EXPECT_THAT(MakeReportPage(content), HasSubstr("4 of 5 pairs of pictures lie too far apart"));
 }
 
-TEST(MakeReportPage, NamesOtherDevicesAndTheRunWithTheModels) {
+TEST(MakeReportPage, NamesOtherDevices) {
   ReportContent content;
   content.lines = Lines(5);
   content.lines[1].map_device = content.lines[3].map_device = "another <device>";
-  content.description.maps_from = "/runs/learnt";
   const std::string page = MakeReportPage(content);
   EXPECT_THAT(page, HasSubstr("maps made on another &lt;device&gt;: 2<"));
-  EXPECT_THAT(page, HasSubstr("maps from the models of /runs/learnt<"));
 }
 
 TEST(MoverTimeline, HasABarForEveryStay) {

@@ -28,6 +28,19 @@ TEST(DoubtfulFrames, TheMostFrequentDoubtIsToldWithoutRegardToItsNumbers) {
   EXPECT_EQ(frames.Sentence(), "4 of 6 frames are unreliable, most often: 43 % of the places");
 }
 
+// Which the labels' own doubt precedes; without a map there is nothing to expect.
+TEST(DoubtfulFrames, AMapThatExpectsToBeMoreWrongThanRightIsDoubtful) {
+  FrameLine line = Line("", FrameLine::Outcome::kLearnt, "");
+  EXPECT_EQ(DoubtOf(line), "");
+  line.expected_overlap = 0.5;
+  EXPECT_EQ(DoubtOf(line), "");
+  line.expected_overlap = 0.42;
+  EXPECT_EQ(DoubtOf(line),
+            "the map's probabilities expect an IoU of 0.42 between its mask and what moves");
+  line.doubt = "few places";
+  EXPECT_EQ(DoubtOf(line), "few places");
+}
+
 // A model that learnt from few of the frames is no success; what tells nothing new does not count.
 TEST(DoubtfulFrames, TooFewFramesToLearnFromAreTold) {
   const auto learnt = Line("", FrameLine::Outcome::kLearnt, "");

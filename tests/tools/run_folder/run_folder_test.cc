@@ -51,6 +51,7 @@ TEST(FrameLine, ALineComesBackAsItWas) {
   line.b = -0.25;
   line.log_likelihood_per_point = -123.456;
   line.dynamic_share = 0.125;
+  line.expected_overlap = 0.75;
   line.clamped_variances = 3;
   line.saturated_deviations = 4;
   line.milliseconds = {{"zeta", 1.5}, {"alpha", 2.5}};
@@ -61,6 +62,7 @@ TEST(FrameLine, ALineComesBackAsItWas) {
   EXPECT_EQ(ToText(*read), text);
   EXPECT_EQ(read->points.dropped_by_budget, 102);
   EXPECT_EQ(read->theta, line.theta);
+  EXPECT_EQ(read->expected_overlap, 0.75);
   EXPECT_EQ(read->milliseconds, line.milliseconds);
   EXPECT_THAT(text, HasSubstr("\"reason\":null"));
 }
@@ -199,7 +201,7 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
                                             "eval.csv",
                                             "model/000003.npz",
                                             "model/000003.npz.abcdef.egosieve.tmp",
-                                            "steps/1000000.npz",
+                                            "model/1000000.npz",
                                             "frames.jsonl.abcdef.egosieve.tmp",
                                             "grid/000001.prob.png.abcdef.egosieve.tmp",
                                             "run.json.abcdef.egosieve.tmp",
@@ -212,7 +214,7 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   }
   std::ofstream(path + "/plots/figures.json") << "[{\"id\": \"roc\"}]";
   ASSERT_TRUE(RunFolder::Create(path, true).ok());
-  EXPECT_THAT(NamesBelow(path), testing::ElementsAre(".use.lock", "grid"));
+  EXPECT_THAT(NamesBelow(path), testing::ElementsAre("grid"));
 }
 
 TEST(RunFolder, LeavesWhatIsNotTheProgramsAndNamesIt) {
@@ -248,21 +250,7 @@ TEST(RunFolder, RemovesNothingFromWhatIsNoRun) {
   EXPECT_FALSE(RunFolder::Create("/proc/egosieve", false).ok());
 }
 
-TEST(RunFolder, IsNotRemovedUnderThoseWhoWorkWithIt) {
-  const FakeRun run = WriteFakeRun(FreshFolder());
-  const std::string path = run.folder.path();
-  {
-    const auto reader = FolderLock::Use(path), other = FolderLock::Use(path);
-    ASSERT_TRUE(reader.ok() && other.ok());
-    const absl::Status status = RunFolder::Create(path, true).status();
-    EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-    EXPECT_THAT(std::string(status.message()), HasSubstr("working with " + path));
-    EXPECT_EQ(run.folder.ReadLines()->size(), 6u);
-  }
-  EXPECT_TRUE(RunFolder::Create(path, true).ok());
-}
-
-// Locks of regular files, which NFS keeps, too; their files stay, so that nobody locks another's.
+// Locks of regular files, which NFS keeps, too; the file stays, so that nobody locks another's.
 TEST(RunFolder, LocksAreHeldOnFilesThatStay) {
   const FakeRun run = WriteFakeRun(FreshFolder());
   const std::string path = run.folder.path(), file = path + "/.write.lock";
@@ -275,7 +263,6 @@ TEST(RunFolder, LocksAreHeldOnFilesThatStay) {
     EXPECT_NE(flock(other, LOCK_EX | LOCK_NB), 0);
     close(other);
     EXPECT_EQ(FolderLock::Take(path).status().code(), absl::StatusCode::kFailedPrecondition);
-    EXPECT_TRUE(FolderLock::Use(path).ok());
     // Made anew under the lock, by the program that holds it.
     ASSERT_TRUE(RunFolder::Create(path, true).ok());
     ASSERT_EQ(stat(file.c_str(), &after), 0);
@@ -392,6 +379,13 @@ TEST(RunFolder, WhatKilledProgramsLeftIsRemovedInAllItsFolders) {
   RemoveAbandonedFiles(root);
   for (const std::string& file : left) EXPECT_FALSE(std::filesystem::exists(root + file)) << file;
   for (const std::string& file : others) EXPECT_TRUE(std::filesystem::exists(root + file)) << file;
+}
+
+TEST(LiesInFolder, OfPathsThatDoNotExist) {
+  const std::string here = std::filesystem::current_path().string();
+  EXPECT_TRUE(LiesInFolder(here + "/none/masks", "none"));
+  EXPECT_TRUE(LiesInFolder("none/masks", here + "/none"));
+  EXPECT_FALSE(LiesInFolder(here + "/others/masks", "none"));
 }
 
 }  // namespace

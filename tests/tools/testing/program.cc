@@ -26,16 +26,8 @@ void Redirect(const std::string& path, int descriptor) {
   close(file);
 }
 
-}  // namespace
-
-std::string ProgramPath() {
-  const char* path = std::getenv("EGOSIEVE_PROGRAM");
-  return path != nullptr ? path : "tools/egosieve";
-}
-
-pid_t StartProgram(const std::vector<std::string>& arguments, const std::string& out_path,
-                   const std::string& err_path) {
-  const std::string program = ProgramPath();
+pid_t Start(const std::string& program, const std::vector<std::string>& arguments,
+            const std::string& out_path, const std::string& err_path) {
   std::vector<char*> argv = {const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -49,6 +41,28 @@ pid_t StartProgram(const std::vector<std::string>& arguments, const std::string&
   return process;
 }
 
+ProgramOutcome Run(const std::string& program, const std::vector<std::string>& arguments) {
+  const std::string out = testing::TempDir() + "/program.out";
+  const std::string err = testing::TempDir() + "/program.err";
+  ProgramOutcome outcome;
+  outcome.code = WaitForProgram(Start(program, arguments, out, err));
+  outcome.out = Contents(out);
+  outcome.err = Contents(err);
+  return outcome;
+}
+
+}  // namespace
+
+std::string ProgramPath() {
+  const char* path = std::getenv("EGOSIEVE_PROGRAM");
+  return path != nullptr ? path : "tools/egosieve";
+}
+
+pid_t StartProgram(const std::vector<std::string>& arguments, const std::string& out_path,
+                   const std::string& err_path) {
+  return Start(ProgramPath(), arguments, out_path, err_path);
+}
+
 int WaitForProgram(pid_t process) {
   int status = 0;
   waitpid(process, &status, 0);
@@ -56,13 +70,13 @@ int WaitForProgram(pid_t process) {
 }
 
 ProgramOutcome RunProgram(const std::vector<std::string>& arguments) {
-  const std::string out = testing::TempDir() + "/program.out";
-  const std::string err = testing::TempDir() + "/program.err";
-  ProgramOutcome outcome;
-  outcome.code = WaitForProgram(StartProgram(arguments, out, err));
-  outcome.out = Contents(out);
-  outcome.err = Contents(err);
-  return outcome;
+  return Run(ProgramPath(), arguments);
+}
+
+ProgramOutcome RunEvaluation(const std::vector<std::string>& arguments) {
+  const std::string program = ProgramPath();
+  setenv("EGOSIEVE_PROGRAM", program.c_str(), 1);
+  return Run("tools/evaluate/egosieve-eval", arguments);
 }
 
 int CountLines(const std::string& text) {

@@ -18,6 +18,8 @@ struct ProgramOutcome {
 std::string ProgramPath();
 
 ProgramOutcome RunProgram(const std::vector<std::string>& arguments);
+// The same of egosieve-eval, which lies in the runfiles of //tools/evaluate:sources.
+ProgramOutcome RunEvaluation(const std::vector<std::string>& arguments);
 
 // For tests that send signals: starts without waiting.
 pid_t StartProgram(const std::vector<std::string>& arguments, const std::string& out_path,

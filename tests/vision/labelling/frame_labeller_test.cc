@@ -1,5 +1,6 @@
 #include "vision/labelling/frame_labeller.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -140,6 +141,29 @@ TEST(FrameLabeller, AutoGapResumesWithTheSameBytes) {
     }
     for (int64_t t = last + 1; t < 7; ++t) ExpectSame(*resumed->Process(frame(t)), reference[t]);
     EXPECT_EQ(resumed->state(), states[6]);
+  }
+}
+
+// A video whose container repeats pictures: pairs of several pictures reach as far as without.
+TEST(FrameLabeller, RepeatedPicturesAreNoPictures) {
+  for (FrameLabellerOptions options : {FrameLabellerOptions(), FrameLabellerOptions::Paper()}) {
+    SCOPED_TRACE(options.is_paper);
+    options.frame_gap = 3;
+    auto plain = MakeLabeller(options), doubled = MakeLabeller(options);
+    int64_t index = 0;
+    for (int64_t t = 0; t < 7; ++t) {
+      const LabelledFrame expected = *plain->Process(WallFrame(t));
+      const LabelledFrame actual = *doubled->Process(FrameOf(index++, WallFrame(t).image));
+      EXPECT_EQ(actual.outcome, expected.outcome);
+      EXPECT_EQ(actual.match_count, expected.match_count);
+      // Random numbers depend on the frames' indices, and with them the paper's fundamental matrix.
+      if (!options.is_paper) {
+        EXPECT_THAT(actual.probability,
+                    testing::Pointwise(testing::DoubleNear(0.01), expected.probability));
+      }
+      EXPECT_EQ(doubled->Process(FrameOf(index++, WallFrame(t).image))->outcome,
+                LabelOutcome::kDuplicateFrame);
+    }
   }
 }
 

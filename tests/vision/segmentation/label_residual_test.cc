@@ -101,23 +101,5 @@ TEST(LabelResidual, ChangesNoMapButItsOwn) {
   EXPECT_EQ(map.probability, before);
 }
 
-TEST(LabelResidual, ComesBackFromItsBytes) {
-  const LabelResidual residual = TwoPlaces(7, {0.9, 0.2}, {0.3f, 0.4f});
-  const std::string bytes = residual.ToBytes();
-  const auto again = LabelResidual::FromBytes(bytes);
-  ASSERT_TRUE(again.ok()) << again.status();
-  SegmentationMap map = FlatMap(7, 5, 0.3f), same = map;
-  residual.Apply(0.3, map);
-  again->Apply(0.3, same);
-  EXPECT_EQ(same.probability, map.probability);
-  EXPECT_EQ(again->ToBytes(), bytes);
-  EXPECT_EQ(LabelResidual().ToBytes(), "");
-  EXPECT_TRUE(LabelResidual::FromBytes("").ok());
-  for (const std::string& wrong : {bytes.substr(0, 10), bytes.substr(0, bytes.size() - 1),
-                                   bytes + "x", std::string(40, '\0')}) {
-    EXPECT_EQ(LabelResidual::FromBytes(wrong).status().code(), absl::StatusCode::kInvalidArgument);
-  }
-}
-
 }  // namespace
 }  // namespace egosieve::vision

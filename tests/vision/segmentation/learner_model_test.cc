@@ -70,41 +70,6 @@ INSTANTIATE_TEST_SUITE_P(Models, LearnerModelTest,
                            return kind.param == ModelKind::kExact ? "Exact" : "Sparse";
                          });
 
-TEST_P(LearnerModelTest, OperationsDoneAgainGiveTheSameBits) {
-  LearnerModel model = MakeModel();
-  model.RecordOperations(true);
-  const Points first = MakePoints(120, 1), second = MakePoints(20, 2);
-  ASSERT_TRUE(model.Add(first.view(), first.labels, 0).ok());
-  ASSERT_TRUE(model.Remove(Rows(10, 25)).ok());
-  ASSERT_TRUE(model.Add(second.view(), second.labels, 1).ok());
-  gp::Hyperparameters theta = model.hyperparameters();
-  theta.noise_stddev = 0.3;
-  ASSERT_TRUE(model.SetHyperparameters(theta).ok());
-  ASSERT_TRUE(model.Remove(Rows(0, 3)).ok());
-  std::vector<double> labels(model.size());
-  for (size_t i = 0; i < labels.size(); ++i) labels[i] = 0.3 + 0.005 * static_cast<double>(i % 99);
-  ASSERT_TRUE(model.SetLabels(labels).ok());
-  const std::vector<ModelOperation> operations = model.TakeOperations();
-  ASSERT_EQ(operations.size(), 6u);
-  EXPECT_TRUE(model.TakeOperations().empty());
-  LearnerModel again = MakeModel();
-  for (const ModelOperation& operation : operations) ASSERT_TRUE(again.Apply(operation).ok());
-  EXPECT_TRUE(again.TakeOperations().empty());
-  EXPECT_EQ(Map(again), Map(model));
-  EXPECT_EQ(again.LogMarginalLikelihood(), model.LogMarginalLikelihood());
-}
-
-TEST_P(LearnerModelTest, RefusedOperationsAreNotRecorded) {
-  LearnerModel model = MakeModel();
-  model.RecordOperations(true);
-  const Points points = MakePoints(10, 1);
-  EXPECT_FALSE(model.Add(points.view(), std::vector<double>(10, 2.0), 0).ok());
-  EXPECT_FALSE(model.Remove({5}).ok());
-  EXPECT_FALSE(model.SetLabels({0.5}).ok());
-  EXPECT_TRUE(model.Remove({}).ok());
-  EXPECT_TRUE(model.TakeOperations().empty());
-}
-
 // What removals leave of a sum must not break the posterior, however little is left.
 TEST_P(LearnerModelTest, HasAPosteriorAfterEveryRemoval) {
   LearnerModel model = MakeModel();

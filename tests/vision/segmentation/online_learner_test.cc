@@ -112,18 +112,6 @@ TEST(OnlineLearner, GoesOnFromACheckpointWithItsMeanLabel) {
   EXPECT_EQ(Targets(*restored), Targets(*learner));
 }
 
-// Another learner that only does the steps again has the same posterior.
-TEST(OnlineLearner, StepsHoldTheChangeOfTheMeanLabel) {
-  const OnlineLearnerOptions paper = OnlineSegmenterOptions::Paper().learner;
-  const auto learner = MakeLearner(paper), replayed = MakeLearner(paper);
-  learner->RecordSteps();
-  for (int frame = 1; frame <= 3; ++frame) {
-    LearnStreet(frame, *learner);
-    ASSERT_TRUE(replayed->Replay(learner->TakeStep()).ok());
-    EXPECT_EQ(Targets(*replayed), Targets(*learner));
-  }
-}
-
 // What the budget has room for; when it is full, the share that one frame may bring.
 TEST(OnlineLearner, TheFirstFrameFillsTheBudget) {
   OnlineLearnerOptions options = OnlineSegmenterOptions::Default().learner;

@@ -12,6 +12,7 @@
 #include "gp/io/array_file.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/quiet_libraries.h"
+#include "vision/frame/repeated_picture.h"
 
 namespace egosieve::embed {
 namespace {
@@ -216,7 +217,7 @@ std::pair<int64_t, cv::Size> SegmenterSession::WaitingFrames() {
 absl::StatusOr<SegmenterSession::Result> SegmenterSession::LearnOldest(bool map_wanted) {
   const Waiting oldest = std::move(waiting_.front());
   waiting_.pop_front();
-  recent_.push_back(oldest.frame);
+  vision::AppendPicture(oldest.frame, recent_);
   while (static_cast<int>(recent_.size()) > segmenter_->options().labeller.HistoryFrames()) {
     recent_.pop_front();
   }

@@ -100,7 +100,7 @@ class SegmenterSession {
   const SessionOptions options_;
   std::mutex mutex_;  // guards all members below
   std::unique_ptr<vision::OnlineSegmenter> segmenter_;
-  std::deque<vision::Frame> recent_;  // the last HistoryFrames() frames that were learnt from
+  std::deque<vision::Frame> recent_;  // of the last HistoryFrames() pictures learnt from
   std::deque<Waiting> waiting_;       // frames after these, at most `lag`
   int64_t next_frame_ = 0;
 };

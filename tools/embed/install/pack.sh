@@ -31,6 +31,7 @@ for file in "$@"; do
     */egosieve.1) cp "$file" "$tree/share/man/man1/" ;;
     */egosieve.bash) cp "$file" "$tree/share/bash-completion/completions/egosieve" ;;
     *.md) cp "$file" "$tree/share/doc/egosieve/" ;;
+    *tools/evaluate/*) mkdir -p "$tree/lib/egosieve/evaluate" && cp "$file" "$tree/lib/egosieve/evaluate/" ;;
     */libegosieve*.so.* | */libegosieve*.a) cp "$file" "$tree/lib/" ;;
     */debian_python/name) ;;
     */egosieve.libs) gp_libs=$(<"$file") ;;
@@ -53,5 +54,9 @@ done
 find "$tree" -type d -exec chmod 755 {} +
 find "$tree" -type f -exec chmod 644 {} +
 find "$tree/bin" -type f -exec chmod 755 {} +
+if [ -d "$tree/lib/egosieve" ]; then
+  chmod 755 "$tree/lib/egosieve/evaluate/egosieve-eval"
+  ln -s ../lib/egosieve/evaluate/egosieve-eval "$tree/bin/egosieve-eval"
+fi
 chmod 755 "$tree"/lib/*.so.*
 tar --create --file="$out" --directory="$tree" --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner .

@@ -119,6 +119,8 @@ TEST(Program, Runs) {
   const CommandOutcome help = RunClean("/", "'" + InstalledTree() + "/bin/egosieve' --help");
   EXPECT_EQ(help.code, 0) << help.output;
   ExpectOwnLibraries(InstalledTree() + "/bin/egosieve");
+  const CommandOutcome scores = RunClean("/", "'" + InstalledTree() + "/bin/egosieve-eval' --help");
+  EXPECT_EQ(scores.code, 0) << scores.output;
 }
 
 TEST(Program, HasItsManualPageCompletionAndSchemas) {

@@ -23,10 +23,10 @@ extern "C" {
  * devices instead of the model's own. They share the queries of each prediction: the queries are
  * divided into pieces of at least 1,024, and each device that has finished takes the next piece.
  *
- * A query's result is that of the device that computed it: of devices of one kind to the bit that
- * of one alone, of others within the error in gaussian_process.h. Which device computes a query can
- * differ from call to call. An image's inputs, and what several outputs or a mean function need in
- * float64, are computed on the first. If a device fails, nothing is written.
+ * Which device computes a query can differ from call to call. Devices of one kind give the same
+ * bits as one alone; results of devices of different kinds differ within the error in prediction.h.
+ * An image's inputs, and what several outputs or a mean function need in float64, are computed on
+ * the first. If a device fails, nothing is written.
  *
  * Memory: the model on every device, and the results once more on the host.
  * @param gp            The model.
@@ -80,7 +80,7 @@ EGOSIEVE_API egosieve_status egosieve_posterior_opencl(egosieve_posterior* poste
  * Enqueues a prediction and returns. The results are those of egosieve_posterior_predict() with
  * #EGOSIEVE_IN_FLOAT32, except for rounding where the device prepares the queries differently from
  * the host: nothing is computed in float64, since nothing waits for the results. Whether float32
- * suffices for this posterior says egosieve_posterior_float32_error(). No data move between host
+ * suffices for this posterior: see egosieve_posterior_float32_error(). No data move between host
  * and device. A query with NaN or infinities gets the mean NaN and the variance 0. The posterior,
  * and any handle of the call, may be freed before the commands have ended.
  *

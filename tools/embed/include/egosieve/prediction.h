@@ -9,7 +9,7 @@
  * counts is the least at 16 places for means, and the query's own for its variance. Means are
  * computed in float64 all or none, variances and probabilities for the queries that need it, at n^2
  * flops each. Results in float32 are float32 values; those in float64 are rounded only if the
- * caller's array is float32. A query's result is the same to the last bit for any other queries and
+ * caller's array is float32. A query's result does not depend on the call's other queries or on
  * threads.
  */
 #ifndef EGOSIEVE_PREDICTION_H_
@@ -127,8 +127,9 @@ EGOSIEVE_API egosieve_status egosieve_posterior_predict_image(egosieve_posterior
  * flops.
  * @param posterior  The posterior.
  * @param mean       Out: of the means; null: not wanted.
- * @param variance   Out: of the variances, infinite where rounding makes one negative; times s / deviation where the deviation s of f is larger
- *                   than `deviation`; null: not wanted.
+ * @param variance   Out: of the variances, infinite where rounding makes one negative; times s /
+ *                   deviation where the deviation s of f is larger than `deviation`; null: not
+ *                   wanted.
  * @param deviation  Out: the least deviation of f at these places; null: not wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_posterior_float32_error(egosieve_posterior* posterior,

@@ -62,7 +62,7 @@ class ExactPredictor(Predictor):
         return mean if variance is None else (mean, variance * scale**2)
 
     def leave_one_out(self):
-        """Each point's y predicted from all the other points, at the hyperparameters that there are.
+        """Each point's y predicted from all the other points, with the current hyperparameters.
 
         Returns
         -------

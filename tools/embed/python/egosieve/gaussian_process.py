@@ -57,7 +57,7 @@ class GaussianProcess(ExactPredictor, Estimator):
         The prior mean's function; its coefficients (coef_) are estimated by generalised least squares, and
         predictions carry their uncertainty.
     approximation : "exact", "dtc" or "fitc"
-        A sparse model stands for the points by inducing inputs among them, chosen by pivoted Cholesky: n m^2 flops
+        A sparse model approximates the points by inducing inputs among them, chosen by pivoted Cholesky: n m^2 flops
         in place of n^3 / 3. It has one target and the zero mean. "dtc" is trained by the variational bound.
     inducing_points : int
         m at most, of a sparse model.
@@ -262,8 +262,7 @@ class GaussianProcess(ExactPredictor, Estimator):
     def save(self, path):
         """Writes the model and these parameters into a file, whole or not at all; numpy.load reads it.
 
-        The factor is rebuilt on the way, so that this model and the one that is loaded predict alike to the
-        last bit.
+        The factor is rebuilt, so that this model and the loaded one give identical predictions.
         """
         core, _ = self._fitted()
         core.set_annotation(self._annotation())

@@ -157,7 +157,7 @@ class Segmenter:
         return self._map(arrays, report)
 
     def finish(self, *, full=False):
-        """With a lag, the SegmentationMap of each of the last frames, of which none came behind: an iterator."""
+        """With a lag, the SegmentationMaps of the last frames, which have no later ones: an iterator."""
         while True:
             count, width, height = self._session.waiting()
             if count == 0:
@@ -186,7 +186,7 @@ class Segmenter:
     def save(self, path):
         """Writes all that the next frame needs into a file, whole or not at all.
 
-        This segmenter and one that is loaded go on alike to the last bit.
+        This segmenter and the loaded one continue with identical results.
         """
         self._session.save(str(path))
 

@@ -1,0 +1,118 @@
+#!/usr/bin/python3
+"""Scores runs of `egosieve segment` on the strangers' clips against boxes labelled by hand.
+
+    tests/vision/strangers/score.py out/strangers
+
+The folder holds runs named by their clips; clips without a run are left out. Marked is a pixel
+whose probability is above 0.5. Columns, shares in percent:
+  near      mean share marked of the boxes of near moving vehicles
+  other     the same of all other moving boxes: far vehicles, people, animals
+  standing  the same of standing boxes, less what boxes of other motion cover
+  found     after each of these: boxes of which more than half is marked, of how many
+  outside   mean share marked of the picture outside all boxes
+Boxes of unknown motion count nowhere. Needs OpenCV for Python (Debian's python3-opencv).
+"""
+
+import argparse
+import csv
+import json
+import sys
+from collections import defaultdict
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+VEHICLES = ('car', 'truck', 'bus', 'motorbike', 'bicycle')
+COLUMNS = ('near', 'other', 'standing')
+
+
+def read_boxes(path):
+    """The table's rows by clip and frame."""
+    frames = defaultdict(lambda: defaultdict(list))
+    with open(path, newline='') as table:
+        for row in csv.DictReader(table):
+            frames[row['clip']][int(row['frame'])].append(row)
+    return frames
+
+
+def marked_pixels(run, frame, stride, sizes):
+    """Where the frame's map is above 0.5, at the picture's size."""
+    path = run / 'grid' / f'{frame:06d}.prob.png'
+    grid = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if grid is None or frame not in sizes:
+        sys.exit(f'score: no map {path}')
+    # Grid pixel c lies at the picture's column c * stride.
+    scale = np.array([[1 / stride, 0, 0], [0, 1 / stride, 0]])
+    return cv2.warpAffine(grid / 65535, scale, sizes[frame], borderMode=cv2.BORDER_REPLICATE,
+                          flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP) > 0.5
+
+
+def group(row):
+    """The column in which a box counts."""
+    if row['motion'] != 'moving':
+        return row['motion']
+    return 'near' if row['near'] == '1' and row['class'] in VEHICLES else 'other'
+
+
+def area(row):
+    """The box as a pair of slices."""
+    return (slice(int(row['y0']), int(row['y1']) + 1), slice(int(row['x0']), int(row['x1']) + 1))
+
+
+def score_frame(marked, rows, shares):
+    """Appends the frame's shares to the lists of `shares`, by column."""
+    boxes, others = np.zeros_like(marked), np.zeros_like(marked)
+    for row in rows:
+        boxes[area(row)] = True
+        others[area(row)] |= group(row) != 'standing'
+    for row in rows:
+        inside = marked[area(row)]
+        if group(row) == 'standing':
+            inside = inside[~others[area(row)]]
+        if inside.size:
+            shares[group(row)].append(inside.mean())
+    shares['outside'].append(marked[~boxes].mean())
+
+
+def score_run(run, frames):
+    """Lists of shares by column, of all labelled frames of a run."""
+    stride = json.loads((run / 'run.json').read_text())['maps']['stride_pixels']
+    lines = map(json.loads, (run / 'frames.jsonl').read_text().splitlines())
+    sizes = {line['index']: (line['width_pixels'], line['height_pixels']) for line in lines}
+    shares = defaultdict(list)
+    for frame, rows in sorted(frames.items()):
+        score_frame(marked_pixels(run, frame, stride, sizes), rows, shares)
+    return shares
+
+
+def print_line(name, shares):
+    cells = []
+    for column in COLUMNS:
+        values = shares[column]
+        cells.append(f'{100 * np.mean(values):10.1f}' if values else f'{"-":>10}')
+        cells.append(f'{sum(share > 0.5 for share in values)}/{len(values)}'.rjust(8))
+    print(f'{name:32}' + ''.join(cells) + f'{100 * np.mean(shares["outside"]):10.1f}')
+
+
+def main():
+    layout = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=layout)
+    parser.add_argument('runs', type=Path, help='the folder of runs')
+    parser.add_argument('--boxes', type=Path, default=Path(__file__).with_name('boxes.csv'))
+    arguments = parser.parse_args()
+    clips = read_boxes(arguments.boxes)
+    total = defaultdict(list)
+    print(f'{"clip":32}' + ''.join(f'{column:>10}   found' for column in COLUMNS) + '   outside')
+    for clip in sorted(name for name in clips if (arguments.runs / name).is_dir()):
+        shares = score_run(arguments.runs / clip, clips[clip])
+        print_line(clip, shares)
+        for column, values in shares.items():
+            total[column] += values
+    if not total:
+        sys.exit(f'score: {arguments.runs} holds no run named by a clip')
+    print_line('all', total)
+
+
+if __name__ == '__main__':
+    main()

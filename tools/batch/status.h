@@ -1,0 +1,43 @@
+// How far the drives of a batch are: from the book and the run folders alone, at any time and on
+// any machine that sees them. As a table and as a page.
+#ifndef EGOSIEVE_TOOLS_BATCH_STATUS_H_
+#define EGOSIEVE_TOOLS_BATCH_STATUS_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "tools/batch/plan.h"
+#include "tools/cli/result_flag.h"
+
+namespace egosieve::tools {
+
+struct DriveStatus {
+  // not started, begun, running, interrupted, unreadable, failed, frames failed, done
+  std::string state = "not started";
+  int tasks = 0, tasks_done = 0;
+  int exit_code = 0;  // of the first task that failed, wholly or in some frames
+  int64_t frames = 0, frames_failed = 0;
+  double seconds = 0.0;  // of the tasks that were run last
+  std::string reason;    // the error's line, if one failed
+};
+
+DriveStatus StatusOf(const BatchPlan& plan, size_t drive);
+std::vector<DriveStatus> StatusOfAll(const BatchPlan& plan);
+
+// Prints the table of all drives, or {"drives": ..., "page": ...}.
+void TellStatus(const BatchPlan& plan, const std::vector<DriveStatus>& drives,
+                const ResultFlag& result);
+
+// batch.html in the common parent folder of all run folders.
+std::string PagePath(const BatchPlan& plan);
+// AlreadyExists if PagePath is a file that no batch has written.
+absl::Status CheckPage(const BatchPlan& plan);
+// Links are relative and lead to existing files. While drives are running, the page reloads itself.
+absl::Status WritePage(const BatchPlan& plan, const std::vector<DriveStatus>& drives);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_BATCH_STATUS_H_

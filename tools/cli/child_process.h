@@ -1,0 +1,32 @@
+// Runs a program in a process of its own: if it crashes, nothing else does.
+#ifndef EGOSIEVE_TOOLS_CLI_CHILD_PROCESS_H_
+#define EGOSIEVE_TOOLS_CLI_CHILD_PROCESS_H_
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace egosieve::tools {
+
+struct ChildCommand {
+  std::vector<std::string> arguments;              // the program's path first
+  std::map<std::string, std::string> environment;  // added to this process's own
+  std::string log_path;                            // both its outputs; empty: this process's
+};
+
+// The exit code, or 128 + the signal that ended the process. While it runs, `stop_requested` is
+// asked several times per second; once it is true, the child gets SIGTERM and is waited for. It gets
+// SIGTERM, too, if this process or the calling thread ends before it.
+// Errors: Unavailable if it cannot be started, with the system's reason.
+absl::StatusOr<int> RunChild(const ChildCommand& command,
+                             const std::function<bool()>& stop_requested);
+
+// The path of the running program.
+absl::StatusOr<std::string> OwnProgram();
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_CLI_CHILD_PROCESS_H_

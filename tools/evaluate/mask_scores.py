@@ -1,0 +1,81 @@
+"""Scores masks and numbers of `egosieve reconstruct` against truth.
+
+    J   IoU of the mask in frames with movers, mean over frames
+    F   boundary measure, likewise
+    T   temporal instability between consecutive frames, mean over pairs, and the same of the true
+        masks
+    ids IDF1 and HOTA, and the objects that were found, with the movers of ids as predicted objects,
+        if the truth distinguishes its objects
+
+Frames are added in their order. Void pixels are static in both masks.
+"""
+
+import numpy as np
+
+from .boundary import boundary_f
+from .identity import Identity
+from .objects import ObjectTally, score_objects
+from .stability import describe_outline, outline_change
+from .truth_masks import DYNAMIC, VOID
+
+
+def _mean(values):
+    return float(np.mean(values)) if values else None
+
+
+class MaskScores:
+    """min_area: pixels of the image below which an object is not counted."""
+
+    def __init__(self, options):
+        self.min_area = options.object_area
+        self.frames, self.last = 0, None  # last: index and outlines of the frame before
+        self.js, self.fs, self.ts, self.true_ts = [], [], [], []
+        self.objects = ObjectTally(options.object_iou)
+        self.identity = Identity(self.min_area)
+
+    def add(self, index, mask, truth, ids=None, true_ids=None, known=None):
+        """mask: boolean. ids: numbers of objects, None: none. known: of the true objects."""
+        void, real = truth == VOID, truth == DYNAMIC
+        called = mask & ~void
+        self.frames += 1
+        if real.any():
+            self.js.append((called & real).sum() / (called | real).sum())
+            self.fs.append(boundary_f(called, real))
+        outlines = describe_outline(called), describe_outline(real)
+        if self.last and self.last[0] + 1 == index:
+            for values, before, now in zip((self.ts, self.true_ts), self.last[1], outlines):
+                if (change := outline_change(before, now)) is not None:
+                    values.append(change)
+        self.last = index, outlines
+        if ids is not None and true_ids is not None:
+            self.objects.add(*score_objects(ids, true_ids, void, self.min_area), known)
+            self.identity.add(true_ids, ids, void)
+
+    def to_json(self):
+        return {"frames": self.frames, "j": _mean(self.js), "boundary_f": _mean(self.fs),
+                "temporal_instability": _mean(self.ts),
+                "temporal_instability_of_truth": _mean(self.true_ts),
+                "identity": self.identity.score(),
+                "false_objects_per_frame": self.objects.false_per_frame(),
+                "object_recall": self.objects.to_json()}
+
+    def summary(self, scores):
+        """For people; empty without frames with movers. scores: to_json()."""
+        if not self.js:
+            return ""
+        text = (f"masks, {self.frames} frames: J {scores['j']:.4f}, boundary F "
+                f"{scores['boundary_f']:.4f}")
+        if self.ts:
+            text += f", temporal instability T {scores['temporal_instability']:.4f}"
+        if self.true_ts:
+            text += f" (truth's own {scores['temporal_instability_of_truth']:.4f})"
+        text += "\n"
+        if identity := scores["identity"]:
+            text += ("ids: IDF1 {idf1:.4f}, HOTA {hota:.4f} (detection {detection:.4f}, "
+                     "association {association:.4f})\n").format(**identity)
+        for group, ious in sorted(self.objects.ious.items()):
+            text += (f"movers of ids, {group}: {self.objects.found(group, 0.3)} of {len(ious)} "
+                     f"found (IoU 0.3), {self.objects.found(group, 0.5)} (IoU 0.5)\n")
+        if (false_objects := scores["false_objects_per_frame"]) is not None:
+            text += f"false movers of ids per frame {false_objects:.4f}\n"
+        return text

@@ -1,0 +1,65 @@
+"""The sequences of a suite: every folder in it that holds frames and a truth for them.
+
+    frames   frames/, a folder of images
+    truth    scene.json beside masks/ (a synthetic drive), else masks/, else labels/ (masks), else
+             tracks.csv; none in a synthetic drive that is not complete (it has `unfinished`)
+
+A sequence's name is its path below the suite. Its group is the first part of that path.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from .errors import InputError
+
+DEPTH = 3
+
+
+@dataclass(frozen=True)
+class Sequence:
+    name: str  # davis/cows
+    group: str  # davis
+    frames: Path
+    truth: Path
+
+
+def truth_in(folder):
+    """The truth in a folder; None if there is none, and in a drive that is not complete."""
+    if (folder / "scene.json").is_file() and (folder / "masks").is_dir():
+        return folder
+    if (folder / "unfinished").exists():
+        return None
+    for masks in ("masks", "labels"):
+        if (folder / masks).is_dir():
+            return folder / masks
+    tracks = folder / "tracks.csv"
+    return tracks if tracks.is_file() else None
+
+
+def _folders_with_frames(folder, depth):
+    if (folder / "frames").is_dir():
+        yield folder
+    elif depth > 0:
+        for entry in sorted(folder.iterdir()):
+            if entry.is_dir():
+                yield from _folders_with_frames(entry, depth - 1)
+
+
+def find_sequences(suite):
+    """(sequences, names of folders with frames but no truth), by name."""
+    root = Path(suite).absolute()
+    if not root.is_dir():
+        raise InputError(f"no folder {suite}; give the suite's folder")
+    sequences, without = [], []
+    for folder in _folders_with_frames(root, DEPTH):
+        name = folder.relative_to(root).as_posix() if folder != root else root.name
+        truth = truth_in(folder)
+        if truth is None:
+            without.append(name)
+        else:
+            sequences.append(Sequence(name, name.split("/")[0], folder / "frames", truth))
+    if not sequences:
+        beside = f" (frames without truth: {', '.join(without)})" if without else ""
+        raise InputError(f"no sequence in {suite}: none of its folders has frames/ and masks/, "
+                         f"labels/ or tracks.csv beside it{beside}")
+    return sorted(sequences, key=lambda s: s.name), sorted(without)
