@@ -264,11 +264,4 @@ absl::StatusOr<FrameMaps> RunFolder::ReadGridMaps(const FrameLine& line,
   return maps;
 }
 
-absl::StatusOr<cv::Mat1f> RunFolder::ReadPotential(const FrameLine& line,
-                                                   const RunDescription& description) const {
-  const kernels::ImageGrid grid = GridOf(line, description);
-  return ReadMap(FrameFile("potential", line.index, ".png"), cv::Size(grid.columns(), grid.rows()),
-                 1.0);
-}
-
 }  // namespace egosieve::tools

@@ -111,9 +111,6 @@ class RunFolder {
   // `with_deviation` is set.
   absl::StatusOr<FrameMaps> ReadGridMaps(const FrameLine& line, const RunDescription& description,
                                          bool with_deviation) const;
-  // NotFound if the run has none.
-  absl::StatusOr<cv::Mat1f> ReadPotential(const FrameLine& line,
-                                          const RunDescription& description) const;
 
  private:
   explicit RunFolder(std::string path) : path_(std::move(path)) {}

@@ -10,7 +10,6 @@
 #include <optional>
 #include <string>
 
-#include "absl/status/statusor.h"
 #include "vision/segmentation/online_segmenter.h"
 
 namespace egosieve::tools {
@@ -68,11 +67,6 @@ class SegmentFlags {
 // Every flag of SegmentFlags with the value of its option. Runs with the same options have the same
 // map, whether a value was given or came from the profile.
 std::map<std::string, std::string> DescribeOptions(const vision::OnlineSegmenterOptions& options);
-
-// The options that replay and inference need, from the map of DescribeOptions; the others have
-// their defaults. DataLoss, naming the flag, if one is missing or has no known value.
-absl::StatusOr<vision::OnlineSegmenterOptions> ReadInferenceOptions(
-    const std::map<std::string, std::string>& flags);
 
 }  // namespace egosieve::tools
 

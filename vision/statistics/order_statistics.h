@@ -48,14 +48,6 @@ inline double InterpolatedMedian(std::vector<double> values) {
   return 0.5 * (*std::max_element(values.begin(), middle) + upper);
 }
 
-// share: from 0 to 1; the values are in ascending order.
-inline double InterpolatedQuantile(const std::vector<double>& sorted, double share) {
-  const double place = share * static_cast<double>(sorted.size() - 1);
-  const auto low = static_cast<size_t>(place);
-  const size_t high = std::min(low + 1, sorted.size() - 1);
-  return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
-}
-
 }  // namespace egosieve::vision
 
 #endif  // EGOSIEVE_VISION_STATISTICS_ORDER_STATISTICS_H_
