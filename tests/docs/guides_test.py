@@ -215,7 +215,7 @@ class Guides(unittest.TestCase):
     def test_help(self):
         names = [name for name in commands() if name != 'merge']
         lines = [line for name in names for line in examples(name) if is_run(line)]
-        self.assertGreater(len(lines), 20)
+        self.assertGreater(len(lines), 18)
         self.check_each([*lines, '\n'.join(examples('merge'))])
 
 

@@ -9,6 +9,7 @@ namespace egosieve::vision {
 FrameLabellerOptions FrameLabellerOptions::Paper() {
   FrameLabellerOptions options;
   options.is_paper = true;
+  options.evidence = EvidenceTerms::EpipolarAlone();
   options.equalization.method = Equalization::kGlobal;
   return options;
 }

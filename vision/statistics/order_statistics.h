@@ -4,8 +4,7 @@
 //   median       of rank floor(n / 2): of an even number, the upper of the two in the middle
 //   quantile q   of rank floor(q (n - 1)); always one of the values
 //
-// Interpolated ones lie between two values: the mean of the two in the middle, and the quantile
-// that is linear in its place q (n - 1).
+// The interpolated median of an even number is the mean of the two in the middle.
 //
 // There is at least one value, and none is NaN. What is "in place" changes the values' order.
 #ifndef EGOSIEVE_VISION_STATISTICS_ORDER_STATISTICS_H_
