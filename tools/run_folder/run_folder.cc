@@ -226,12 +226,10 @@ absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps&
     EGOSIEVE_RETURN_IF_ERROR(
         WriteFileAtomically(FrameFile("potential", index, ".png"), potential.png));
   }
-  EncodedMap deviation;
-  if (!maps.deviation.empty()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(deviation, EncodeMap(maps.deviation, deviation_full_scale));
-    EGOSIEVE_RETURN_IF_ERROR(
-        WriteFileAtomically(FrameFile("grid", index, ".std.png"), deviation.png));
-  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const EncodedMap deviation,
+                            EncodeMap(maps.deviation, deviation_full_scale));
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteFileAtomically(FrameFile("grid", index, ".std.png"), deviation.png));
   EGOSIEVE_RETURN_IF_ERROR(
       WriteFileAtomically(FrameFile("grid", index, ".prob.png"), probability.png));
   return deviation.saturated;
