@@ -16,7 +16,6 @@
 #include "tools/devices/devices_command.h"
 #include "tools/masks/masks_command.h"
 #include "tools/merge/merge_command.h"
-#include "tools/model/model_command.h"
 #include "tools/reconstruct/reconstruct_command.h"
 #include "tools/render/render_command.h"
 #include "tools/report/report_command.h"
@@ -45,7 +44,6 @@ int RunCommandLine(int argc, char** argv) {
   line.Add(MakeMasksCommand());
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
-  line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());
   const std::vector<std::string> arguments(argv + 1, argv + argc);
