@@ -14,10 +14,8 @@
 #include "tools/cli/threads_flag.h"
 #include "tools/cli/version.h"
 #include "tools/devices/devices_command.h"
-#include "tools/lab/compare/compare_command.h"
 #include "tools/masks/masks_command.h"
 #include "tools/merge/merge_command.h"
-#include "tools/model/model_command.h"
 #include "tools/reconstruct/reconstruct_command.h"
 #include "tools/render/render_command.h"
 #include "tools/report/report_command.h"
@@ -46,11 +44,8 @@ int RunCommandLine(int argc, char** argv) {
   line.Add(MakeMasksCommand());
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
-  line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());
-  line.AddGroup("lab", "Research: other methods on the same drives.");
-  line.Add(MakeCompareCommand(), "lab");
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   if (!arguments.empty() && arguments[0] == "evaluate") {
     std::cerr << ErrorLine("evaluate is egosieve-eval now; see egosieve-eval --help") << "\n";

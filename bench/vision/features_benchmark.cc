@@ -5,20 +5,18 @@
 #include <opencv2/features2d.hpp>
 
 #include "bench/vision/textured_pair.h"
-#include "vision/features/feature_extractor.h"
 #include "vision/features/flow_grid.h"
+#include "vision/paper/feature_extractor.h"
 
 namespace egosieve::vision {
 namespace {
 
 void BM_Features(benchmark::State& state) {
-  FeatureOptions options;
-  options.threads = static_cast<int>(state.range(0));
+  const auto threads = static_cast<int>(state.range(0));
   absl::StatusOr<FeatureSet> features = absl::UnknownError("");
-  for (auto _ : state) features = ExtractFeatures(BenchmarkPair().first, options);
+  for (auto _ : state) features = ExtractFeatures(BenchmarkPair().first, threads);
   if (!features.ok()) return state.SkipWithError(features.status().ToString().c_str());
-  options.threads = 1;
-  const auto again = ExtractFeatures(BenchmarkPair().first, options);
+  const auto again = ExtractFeatures(BenchmarkPair().first, 1);
   if (again->descriptors != features->descriptors) return state.SkipWithError("not deterministic");
   if (features->size() != 7000) return state.SkipWithError("not the number asked for");
   state.counters["features"] = static_cast<double>(features->size());

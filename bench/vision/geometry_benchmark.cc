@@ -3,7 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "tests/vision/geometry/synthetic_pairs.h"
-#include "vision/geometry/motion_model.h"
+#include "vision/paper/motion_selection.h"
 
 namespace egosieve::vision {
 namespace {
@@ -15,11 +15,10 @@ void BM_Geometry(benchmark::State& state) {
   scene.mover_share = 0.2;
   scene.outlier_share = 0.1;
   const testing::SyntheticPairs pairs = testing::MakeSyntheticPairs(scene);
-  MotionModelOptions options;
+  uint64_t seed = 1;
   absl::StatusOr<MotionModel> model = absl::UnknownError("");
   for (auto _ : state) {
-    ++options.seed;  // RANSAC's work depends on chance
-    model = EstimateMotionModel(pairs.pairs, options);
+    model = SelectMotion(pairs.pairs, ++seed);  // RANSAC's work depends on chance
   }
   const bool is_forward = scene.motion == testing::CameraMotion::kForward;
   const MotionModelKind expected =

@@ -1,5 +1,4 @@
-// Matching 7000 features with 7000: full search, OpenCV's full search on the same features, and
-// windowed search.
+// Matching 7000 features with 7000: full search, and OpenCV's on the same features.
 #include <benchmark/benchmark.h>
 
 #include <opencv2/features2d.hpp>
@@ -7,8 +6,8 @@
 #include <vector>
 
 #include "bench/vision/textured_pair.h"
-#include "vision/features/feature_extractor.h"
-#include "vision/matching/feature_matcher.h"
+#include "vision/paper/feature_extractor.h"
+#include "vision/paper/feature_matcher.h"
 
 namespace egosieve::vision {
 namespace {
@@ -20,8 +19,8 @@ struct FeaturePair {
 // All features of one kind, so that full search compares every feature with every other.
 const FeaturePair& Features() {
   static const FeaturePair pair = [] {
-    FeaturePair made{*ExtractFeatures(BenchmarkPair().first, {}),
-                     *ExtractFeatures(BenchmarkPair().second, {})};
+    FeaturePair made{*ExtractFeatures(BenchmarkPair().first, 2),
+                     *ExtractFeatures(BenchmarkPair().second, 2)};
     for (FeatureSet* set : {&made.first, &made.second}) set->key_point_count = set->size();
     return made;
   }();
@@ -53,32 +52,19 @@ std::vector<std::pair<int, int>> OpenCvMatches(const cv::Mat& a, const cv::Mat& 
   return matches;
 }
 
-double ShareTrue(const std::vector<Match>& matches) {
-  int64_t good = 0;
-  for (const Match& match : matches) {
-    const cv::Point2f p = Features().first.positions[match.first];
-    const cv::Vec3d q = BenchmarkPair().homography * cv::Vec3d(p.x, p.y, 1);
-    const cv::Point2f found = Features().second.positions[match.second];
-    good += std::hypot(q[0] / q[2] - found.x, q[1] / q[2] - found.y) < 2.0;
-  }
-  return static_cast<double>(good) / static_cast<double>(matches.size());
-}
-
 void BM_MatchFull(benchmark::State& state) {
   const FeaturePair& features = Features();
-  MatchOptions options;
-  options.threads = static_cast<int>(state.range(0));
-  absl::StatusOr<std::vector<Match>> matches = absl::UnknownError("");
-  for (auto _ : state) matches = MatchFeatures(features.first, features.second, options);
-  if (!matches.ok()) return state.SkipWithError(matches.status().ToString().c_str());
+  const auto threads = static_cast<int>(state.range(0));
+  std::vector<Match> matches;
+  for (auto _ : state) matches = MatchFeatures(features.first, features.second, threads);
   std::vector<std::pair<int, int>> found;
-  for (const Match& match : *matches) found.emplace_back(match.first, match.second);
-  if (found != OpenCvMatches(AsFloats(features.first), AsFloats(features.second), options.ratio)) {
+  for (const Match& match : matches) found.emplace_back(match.first, match.second);
+  if (found != OpenCvMatches(AsFloats(features.first), AsFloats(features.second), 0.8)) {
     return state.SkipWithError("not the matches of exhaustive search");
   }
   const double pairs =
       static_cast<double>(features.first.size()) * static_cast<double>(features.second.size());
-  state.counters["matches"] = static_cast<double>(matches->size());
+  state.counters["matches"] = static_cast<double>(matches.size());
   state.counters["multiply_adds_per_second"] = benchmark::Counter(
       pairs * kSiftDescriptorBytes, benchmark::Counter::kIsIterationInvariantRate);
 }
@@ -89,33 +75,6 @@ void BM_MatchFullOpenCv(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(OpenCvMatches(a, b, 0.8));
 }
 BENCHMARK(BM_MatchFullOpenCv)->Iterations(1)->UseRealTime()->Unit(benchmark::kMillisecond);
-
-void BM_MatchWindowed(benchmark::State& state) {
-  const FeaturePair& features = Features();
-  MatchOptions options;
-  options.threads = static_cast<int>(state.range(0));
-  std::vector<cv::Point2f> predicted;
-  for (const cv::Point2f& p : features.first.positions) {
-    const cv::Vec3d q = BenchmarkPair().homography * cv::Vec3d(p.x, p.y, 1);
-    predicted.emplace_back(q[0] / q[2] + 4, q[1] / q[2] - 4);  // a prediction is never exact
-  }
-  absl::StatusOr<std::vector<Match>> matches = absl::UnknownError("");
-  for (auto _ : state) {
-    matches = MatchFeaturesNear(features.first, features.second, predicted, options);
-  }
-  if (!matches.ok()) return state.SkipWithError(matches.status().ToString().c_str());
-  const auto full = MatchFeatures(features.first, features.second, options);
-  if (matches->size() < full->size()) return state.SkipWithError("fewer matches than full search");
-  state.counters["matches"] = static_cast<double>(matches->size());
-  state.counters["true_share"] = ShareTrue(*matches);
-  state.counters["full_search_matches"] = static_cast<double>(full->size());
-  state.counters["full_search_true_share"] = ShareTrue(*full);
-}
-BENCHMARK(BM_MatchWindowed)
-    ->ArgName("threads")
-    ->Arg(2)
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace egosieve::vision

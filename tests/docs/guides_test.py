@@ -29,7 +29,6 @@ NOT_RUN = {
     'colmap feature_extractor': 'needs COLMAP: bench/colmap runs it',
     'ns-train': 'needs nerfstudio and a GPU',
     'python train.py': "a program of Gaussian splatting's authors; needs a GPU",
-    'awk -F,': "its columns are those of tests/tools/model's test",
     'shared/data': 'needs data outside the repository; minutes to hours',
     'out/dashcam': 'needs data outside the repository, or minutes',
     './run bench': 'builds the benchmarks; minutes to hours',
@@ -40,7 +39,6 @@ NOT_RUN = {
     './run install': 'builds the program again: tests/tools/embed/install installs it',
     './run wheel': 'builds for other machines, with packages from the network',
     './run tune': 'minutes: tests/tools/tune tunes small cases',
-    './run lab compare': 'hours: tests/tools/end_to_end/comparison_test.cc compares small drives',
     'out/stop': 'eighty frames; minutes',
     'out/street': '350 frames; minutes',
     'out/potential': '350 frames; minutes',
@@ -55,7 +53,6 @@ NOT_RUN = {
     'cc -std=c99 c/': 'the same',
     'PYTHONPATH=': 'the same',
     '--device=gpu': 'needs a GPU',
-    '--scenarios=': 'minutes: tests/tools/end_to_end/comparison_test.cc compares small drives',
 }
 FRAMES = 6
 # What is of long drives, for one of FRAMES.
@@ -69,7 +66,6 @@ BEFORE = {
     'egosieve reconstruct': DRIVE,
     'egosieve render': DRIVE,
     'egosieve report': DRIVE,
-    'egosieve model': f'{DRIVE} --checkpoint_every=1',
     'egosieve masks out/masks.run': 'egosieve masks images --for=colmap --out=out/masks',
     'egosieve masks masks.run': 'egosieve masks images --for=colmap --dilate=10 --out=masks; rm -r masks',
     '--frames=images': 'rm -r images',
@@ -100,9 +96,9 @@ def examples(name):
     return [line for line in lines if line.startswith('egosieve ')]
 
 
-def commands(*group):
-    """The names that the program's help lists, or that of a group of commands."""
-    listed = subprocess.run([PROGRAM, *group, '--help'], capture_output=True, text=True, check=True).stdout
+def commands():
+    """The names that the program's help lists."""
+    listed = subprocess.run([PROGRAM, '--help'], capture_output=True, text=True, check=True).stdout
     return re.findall(r'^  (\w+) {2,}', listed.partition('Commands:')[2].partition('\n\n')[0], re.MULTILINE)
 
 
@@ -215,9 +211,9 @@ class Guides(unittest.TestCase):
         self.check_each(lines)
 
     def test_help(self):
-        names = [name for name in commands() if name not in ('lab', 'merge')] + [f'lab {name}' for name in commands('lab')]
+        names = [name for name in commands() if name != 'merge']
         lines = [line for name in names for line in examples(name) if is_run(line)]
-        self.assertGreater(len(lines), 20)
+        self.assertGreater(len(lines), 18)
         self.check_each([*lines, '\n'.join(examples('merge'))])
 
 
@@ -230,7 +226,7 @@ class NotRun(unittest.TestCase):
         lines = [(name, line) for name, line in lines if not name.startswith('tools/embed/reference/')]
         self.assertGreater(len(lines), 100)
         self.assertEqual([entry for entry in lines if entry[0] not in GUIDES and is_run(entry[1])], [])
-        shown = '\n'.join(line for _, line in lines) + '\n'.join(line for name in ('devices', 'lab compare') for line in examples(name))
+        shown = '\n'.join(line for _, line in lines) + '\n'.join(examples('devices'))
         self.assertEqual([word for word in NOT_RUN if word not in shown], [])
 
 

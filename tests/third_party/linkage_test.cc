@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/features2d.hpp>
-#include <opencv2/ml.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <opencv2/videoio.hpp>
 
@@ -24,7 +23,6 @@ TEST(Linkage, EveryLibraryOfTheBuildLinks) {
   EXPECT_EQ(Eigen::MatrixXd::Identity(3, 3).llt().matrixL().determinant(), 1.0);
   EXPECT_FALSE(cv::SIFT::create().empty());
   EXPECT_FALSE(cv::DISOpticalFlow::create().empty());
-  EXPECT_FALSE(cv::ml::SVM::create().empty());
   EXPECT_FALSE(cv::VideoCapture().isOpened());
   EXPECT_EQ(nlohmann::json::parse("[1]").size(), 1u);
   std::vector<cl::Platform> platforms;

@@ -160,11 +160,6 @@ void AddAllFlags(Command& command, CLI::App& app, bool& print_config) {
   app.footer(absl::StrCat("Example:\n", Indented(command.example())));
 }
 
-// Two parts of a command line; either may be empty.
-std::string Joined(const std::string& first, const std::string& second) {
-  return first.empty() || second.empty() ? first + second : absl::StrCat(first, " ", second);
-}
-
 }  // namespace
 
 std::string NearestName(const std::string& word, const std::vector<std::string>& candidates) {
@@ -186,40 +181,20 @@ CommandLine::CommandLine(std::string program, std::string description, std::stri
       version_(std::move(version)),
       build_(std::move(build)) {}
 
-void CommandLine::AddGroup(std::string name, std::string summary) {
-  groups_.emplace_back(std::move(name), std::move(summary));
-}
+void CommandLine::Add(std::unique_ptr<Command> command) { commands_.push_back(std::move(command)); }
 
-void CommandLine::Add(std::unique_ptr<Command> command, std::string group) {
-  commands_.emplace_back(std::move(group), std::move(command));
-}
-
-std::vector<std::pair<std::string, std::string>> CommandLine::Listed(
-    const std::string& group) const {
-  std::vector<std::pair<std::string, std::string>> listed;
-  for (const auto& [of_group, command] : commands_) {
-    if (of_group == group) listed.emplace_back(command->name(), command->summary());
-  }
-  if (group.empty()) listed.insert(listed.end(), groups_.begin(), groups_.end());
-  return listed;
-}
-
-std::string CommandLine::Help(const std::string& group) const {
-  std::string description = description_;
-  for (const auto& [name, summary] : groups_) {
-    if (name == group) description = summary;
-  }
-  const std::vector<std::pair<std::string, std::string>> listed = Listed(group);
+std::string CommandLine::Help() const {
   size_t width = 0;
-  for (const auto& [name, summary] : listed) width = std::max(width, name.size());
-  const std::string line = Joined(program_, group);
-  std::string help = absl::StrCat(description, "\n\nUsage: ", line, " COMMAND ...\n\nCommands:\n");
-  for (const auto& [name, summary] : listed) {
-    absl::StrAppendFormat(&help, "  %-*s  %s\n", static_cast<int>(width), name, summary);
+  for (const auto& command : commands_) width = std::max(width, command->name().size());
+  std::string help =
+      absl::StrCat(description_, "\n\nUsage: ", program_, " COMMAND ...\n\nCommands:\n");
+  for (const auto& command : commands_) {
+    absl::StrAppendFormat(&help, "  %-*s  %s\n", static_cast<int>(width), command->name(),
+                          command->summary());
   }
-  absl::StrAppend(&help, "\n", line, " COMMAND --help lists a command's flags, with an example.\n");
-  if (!group.empty()) return help;
-  absl::StrAppend(&help, program_, " --man prints the manual page, ", program_,
+  absl::StrAppend(&help, "\n", program_,
+                  " COMMAND --help lists a command's flags, with an example.\n", program_,
+                  " --man prints the manual page, ", program_,
                   " completion bash what bash sources for completion.\n\nExit codes:\n");
   for (const auto& [code, text] : ExitCodeTexts()) {
     absl::StrAppendFormat(&help, "  %-3d  %s\n", code, text);
@@ -231,11 +206,11 @@ std::string CommandLine::WriteManual(std::string (*write)(const ManualProgram&))
   ManualProgram manual{program_, description_, version_, {}};
   std::vector<std::unique_ptr<CLI::App>> apps;
   bool print_config = false;
-  for (const auto& [group, command] : commands_) {
+  for (const auto& command : commands_) {
     apps.push_back(std::make_unique<CLI::App>(command->summary(), command->name()));
     AddAllFlags(*command, *apps.back(), print_config);
-    manual.commands.push_back({Joined(group, command->name()), command->summary(),
-                               command->example(), apps.back().get()});
+    manual.commands.push_back(
+        {command->name(), command->summary(), command->example(), apps.back().get()});
   }
   return write(manual);
 }
@@ -277,34 +252,25 @@ int CommandLine::Dispatch(std::vector<std::string> arguments, std::ostream& out,
     return static_cast<int>(ExitCode::kDone);
   }
   if (first == "completion") return TellCompletion(arguments, out, err);
-  return RunNamed("", std::move(arguments), out, err);
-}
-
-int CommandLine::RunNamed(const std::string& group, std::vector<std::string> arguments,
-                          std::ostream& out, std::ostream& err) {
   if (arguments.empty()) {
-    err << Help(group);
+    err << Help();
     return static_cast<int>(ExitCode::kUsage);
   }
-  const std::string first = arguments.front();
   if (first == "--help" || first == "-h" || first == "help") {
-    out << Help(group);
+    out << Help();
     return static_cast<int>(ExitCode::kDone);
   }
   arguments.erase(arguments.begin());
-  const std::string line = Joined(program_, group);
-  for (const auto& [of_group, command] : commands_) {
-    if (of_group == group && command->name() == first) {
-      return RunCommand(*command, Joined(line, first), std::move(arguments), out, err);
-    }
-  }
   std::vector<std::string> names;
-  for (const auto& [name, summary] : Listed(group)) names.push_back(name);
-  if (std::find(names.begin(), names.end(), first) != names.end()) {
-    return RunNamed(first, std::move(arguments), out, err);
+  for (const auto& command : commands_) {
+    if (command->name() == first) {
+      return RunCommand(*command, absl::StrCat(program_, " ", first), std::move(arguments), out,
+                        err);
+    }
+    names.push_back(command->name());
   }
   err << ErrorLine(absl::StrCat(absl::StartsWith(first, "-") ? "unknown flag " : "unknown command ",
-                                first, "; ", DidYouMean(first, names), "see ", line, " --help"))
+                                first, "; ", DidYouMean(first, names), "see ", program_, " --help"))
       << "\n";
   return static_cast<int>(ExitCode::kUsage);
 }

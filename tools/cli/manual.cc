@@ -126,13 +126,9 @@ std::string ManualPage(const ManualProgram& program) {
 
 std::string BashCompletion(const ManualProgram& program) {
   std::vector<std::string> commands;
-  std::map<std::string, std::string> within;  // the commands of each group
-  std::string values, flags, groups;
+  std::string values, flags;
   for (const ManualCommand& command : program.commands) {
-    const std::pair<std::string, std::string> words =
-        absl::StrSplit(command.name, absl::MaxSplits(' ', 1));
-    if (words.second.empty() || within.count(words.first) == 0) commands.push_back(words.first);
-    if (!words.second.empty()) absl::StrAppend(&within[words.first], words.second, " ");
+    commands.push_back(command.name);
     absl::StrAppendFormat(&flags, "    \"%s\") flags=\"%s\" ;;\n", command.name,
                           FlagNames(*command.app));
     for (const CLI::Option* option : command.app->get_options()) {
@@ -143,27 +139,15 @@ std::string BashCompletion(const ManualProgram& program) {
       }
     }
   }
-  for (const auto& [group, names] : within) {
-    absl::StrAppendFormat(&groups, "    %s) within=\"%s--help\" ;;\n", group, names);
-  }
   // "=" separates words of COMP_WORDS, so --flag=w arrives as three words.
   return absl::StrFormat(R"(# Completion of %1$s for bash.
 _%1$s() {
   local command=${COMP_WORDS[1]} current=${COMP_WORDS[COMP_CWORD]} flag= flags= words= takes_value=
-  local previous=${COMP_WORDS[COMP_CWORD-1]} within=
+  local previous=${COMP_WORDS[COMP_CWORD-1]}
   COMPREPLY=()
   if ((COMP_CWORD == 1)); then
     COMPREPLY=($(compgen -W "%2$s completion --help --man --version" -- "$current"))
     return
-  fi
-  case $command in
-%5$s  esac
-  if [[ $within ]]; then
-    if ((COMP_CWORD == 2)); then
-      COMPREPLY=($(compgen -W "$within" -- "$current"))
-      return
-    fi
-    command+=" ${COMP_WORDS[2]}"
   fi
   case $current in
     =) flag=$previous current= ;;
@@ -184,7 +168,7 @@ _%1$s() {
 }
 complete -o default -F _%1$s %1$s
 )",
-                         program.name, absl::StrJoin(commands, " "), values, flags, groups);
+                         program.name, absl::StrJoin(commands, " "), values, flags);
 }
 
 }  // namespace egosieve::tools

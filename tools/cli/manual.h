@@ -11,7 +11,7 @@
 namespace egosieve::tools {
 
 struct ManualCommand {
-  std::string name;  // with its group: "lab compare"
+  std::string name;
   std::string summary;
   std::string example;            // command lines
   const CLI::App* app = nullptr;  // with the command's flags

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/masks/truth_masks.h"
 
 namespace egosieve::tools {
 namespace {
@@ -18,18 +19,17 @@ absl::StatusOr<Coverage> Coverage::Open(const std::string& truth, const std::str
                                         cv::Size first_size) {
   Coverage coverage;
   if (truth.empty()) return coverage;
-  EGOSIEVE_ASSIGN_OR_RETURN(coverage.truth_,
-                            ListTruthMasks(truth, FrameNames(input), MatchMasks::kAuto));
-  const auto first = coverage.truth_.paths.find(0);
-  if (first != coverage.truth_.paths.end()) {
+  EGOSIEVE_ASSIGN_OR_RETURN(coverage.truth_, ListTruthMasks(truth, FrameNames(input)));
+  const auto first = coverage.truth_.find(0);
+  if (first != coverage.truth_.end()) {
     EGOSIEVE_RETURN_IF_ERROR(ReadTruthMask(first->second, first_size).status());
   }
   return coverage;
 }
 
 absl::Status Coverage::Add(int64_t index, const cv::Mat1b& masked) {
-  const auto path = truth_.paths.find(index);
-  if (path == truth_.paths.end()) return absl::OkStatus();
+  const auto path = truth_.find(index);
+  if (path == truth_.end()) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1b truth, ReadTruthMask(path->second, masked.size()));
   const cv::Mat1b moving = truth == kTruthDynamic, rest = truth == kTruthStatic;
   moving_ += cv::countNonZero(moving);

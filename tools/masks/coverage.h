@@ -3,11 +3,11 @@
 #define EGOSIEVE_TOOLS_MASKS_COVERAGE_H_
 
 #include <cstdint>
+#include <map>
 #include <opencv2/core.hpp>
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "tools/masks/truth_masks.h"
 
 namespace egosieve::tools {
 
@@ -29,7 +29,7 @@ class Coverage {
   std::string Describe() const;
 
  private:
-  TruthMasks truth_;
+  std::map<int64_t, std::string> truth_;  // paths by frame
   int64_t frames_ = 0, moving_ = 0, moving_masked_ = 0, rest_ = 0, rest_masked_ = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <system_error>
 #include <vector>
 
@@ -69,6 +70,19 @@ std::map<int64_t, std::string> ByName(const std::vector<std::string>& files,
   return paths;
 }
 
+// The last run of digits in a name without its extension: 121 in "frame_0121".
+std::optional<int64_t> NumberInName(const std::string& stem) {
+  size_t end = stem.size();
+  while (end > 0 && std::isdigit(static_cast<unsigned char>(stem[end - 1])) == 0) --end;
+  size_t begin = end;
+  while (begin > 0 && std::isdigit(static_cast<unsigned char>(stem[begin - 1])) != 0) --begin;
+  int64_t number = 0;
+  if (begin == end || !absl::SimpleAtoi(stem.substr(begin, end - begin), &number)) {
+    return std::nullopt;
+  }
+  return number;
+}
+
 // Empty if a file's name has no number, or two have the same number.
 std::map<int64_t, std::string> ByNumber(const std::vector<std::string>& files) {
   std::map<int64_t, std::string> paths;
@@ -91,52 +105,24 @@ std::map<int64_t, std::string> ByOrder(const std::vector<std::string>& files) {
 
 }  // namespace
 
-std::optional<int64_t> NumberInName(const std::string& stem) {
-  size_t end = stem.size();
-  while (end > 0 && std::isdigit(static_cast<unsigned char>(stem[end - 1])) == 0) --end;
-  size_t begin = end;
-  while (begin > 0 && std::isdigit(static_cast<unsigned char>(stem[begin - 1])) != 0) --begin;
-  int64_t number = 0;
-  if (begin == end || !absl::SimpleAtoi(stem.substr(begin, end - begin), &number)) {
-    return std::nullopt;
-  }
-  return number;
-}
-
 std::vector<std::string> FrameNames(const std::string& path) {
   std::vector<std::string> names = ListImages(path);
   std::transform(names.begin(), names.end(), names.begin(), Stem);
   return names;
 }
 
-absl::StatusOr<TruthMasks> ListTruthMasks(const std::string& folder,
-                                          const std::vector<std::string>& frame_names,
-                                          MatchMasks match) {
+absl::StatusOr<std::map<int64_t, std::string>> ListTruthMasks(
+    const std::string& folder, const std::vector<std::string>& frame_names) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> files, ListMaskFiles(folder));
-  const bool automatic = match == MatchMasks::kAuto;
-  TruthMasks masks{folder, "name", {}};
-  if (automatic || match == MatchMasks::kName) {
-    masks.paths = ByName(files, frame_names);
-    if (!masks.paths.empty()) return masks;
-  }
-  if (automatic || match == MatchMasks::kNumber) {
-    masks.matched_by = "number";
-    masks.paths = ByNumber(files);
-    if (!masks.paths.empty()) return masks;
-  }
-  if (automatic && !frame_names.empty() && files.size() != frame_names.size()) {
+  std::map<int64_t, std::string> paths = ByName(files, frame_names);
+  if (paths.empty()) paths = ByNumber(files);
+  if (!paths.empty()) return paths;
+  if (!frame_names.empty() && files.size() != frame_names.size()) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "the %d masks in %s have neither the names nor the numbers of the %d frames; rename them",
         files.size(), folder, frame_names.size()));
   }
-  if (automatic || match == MatchMasks::kOrder) {
-    masks.matched_by = "order";
-    masks.paths = ByOrder(files);
-    return masks;
-  }
-  return absl::InvalidArgumentError(absl::StrCat("the masks in ", folder,
-                                                 " do not match the frames by ", masks.matched_by,
-                                                 "; rename them, or use another --match"));
+  return ByOrder(files);
 }
 
 absl::StatusOr<cv::Mat1b> ReadTruthMask(const std::string& path, cv::Size expected) {

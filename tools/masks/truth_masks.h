@@ -13,7 +13,6 @@
 #include <cstdint>
 #include <map>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,27 +20,15 @@
 
 namespace egosieve::tools {
 
-enum class MatchMasks { kAuto, kName, kNumber, kOrder };
-
-struct TruthMasks {
-  std::string folder;
-  std::string matched_by;                // name, number or order
-  std::map<int64_t, std::string> paths;  // by frame
-};
-
-// `frame_names`: the frames' file names without extension, by index; empty if they have none.
-// NotFound if there is no such folder or no image in it; InvalidArgument if masks cannot be matched
-// as requested.
-absl::StatusOr<TruthMasks> ListTruthMasks(const std::string& folder,
-                                          const std::vector<std::string>& frame_names,
-                                          MatchMasks match);
+// The paths by frame. `frame_names`: the frames' file names without extension, by index; empty if
+// they have none. NotFound if there is no such folder or no image in it; InvalidArgument if masks
+// cannot be matched.
+absl::StatusOr<std::map<int64_t, std::string>> ListTruthMasks(
+    const std::string& folder, const std::vector<std::string>& frame_names);
 
 // The names, without extension, of the images in a folder, in the order of the frames; empty if
 // `path` is not a folder.
 std::vector<std::string> FrameNames(const std::string& path);
-
-// The last run of digits in a name without its extension: 121 in "frame_0121".
-std::optional<int64_t> NumberInName(const std::string& stem);
 
 enum TruthPixel : uint8_t { kTruthStatic = 0, kTruthVoid = 128, kTruthDynamic = 255 };
 

@@ -101,7 +101,7 @@ absl::Status WriteProducts(const RunFolder& folder, const ProductChoice& what,
   if (what.probability) {
     EGOSIEVE_RETURN_IF_ERROR(WriteMap(path("full", ".prob.png"), result.probability, 1.0));
   }
-  if (what.deviation && !result.deviation.empty()) {
+  if (what.deviation) {
     EGOSIEVE_RETURN_IF_ERROR(
         WriteMap(path("full", ".std.png"), result.deviation, deviation_full_scale));
   }

@@ -46,7 +46,7 @@ struct FrameResult {
   int64_t index = 0;
   double time_seconds = 0.0;
   cv::Mat1f probability;  // refined
-  cv::Mat1f deviation;    // empty if there is none, or it is not wanted
+  cv::Mat1f deviation;    // empty if it is not wanted
   cv::Mat1b mask;
   cv::Mat1w ids;
 };

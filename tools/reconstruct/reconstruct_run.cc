@@ -282,11 +282,7 @@ absl::Status ReconstructRun::WriteChunk(size_t begin, std::vector<FrameResult>& 
 }
 
 absl::Status ReconstructRun::AddDeviation(const FrameLine& line, FrameResult& result) {
-  // Methods other than the Gaussian process may have none.
-  if (!options_.what.deviation ||
-      !std::filesystem::exists(folder_.FrameFile("grid", line.index, ".std.png"))) {
-    return absl::OkStatus();
-  }
+  if (!options_.what.deviation) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, true));
   EGOSIEVE_ASSIGN_OR_RETURN(result.deviation,
                             InterpolateMap(*context_, GridOf(line, description_), maps.deviation));

@@ -28,9 +28,8 @@ std::optional<int64_t> NumberOf(const std::string& name) {
 }  // namespace
 
 Baselines::Baselines(const RunDescription& description) {
-  const auto features = description.flags.find("features");
-  by_flow_ = features != description.flags.end() &&
-             (features->second == "auto" || features->second == "flow");
+  const auto front_end = description.flags.find("front_end");
+  by_flow_ = front_end != description.flags.end() && front_end->second == "default";
 }
 
 void Baselines::AddName(const FrameLine& line) {

@@ -1,8 +1,7 @@
 // How far apart the pictures of a run are, judged from its lines.
 //
 //   followed    matches / features: the grid places that optical flow found again, including places
-//               without texture, divided by the places with texture. If flow fails, features and
-//               their matches are added, and the ratio falls
+//               without texture, divided by the places with texture
 //   far apart   a pair with followed < 0.7
 //   sparse      a run in which a tenth of the pairs or more are far apart: small or slow movers
 //               are missed in it
@@ -24,7 +23,7 @@ inline constexpr int64_t kLeastNames = 4, kLargestStep = 30;
 
 class Baselines {
  public:
-  // A run that does not begin with flow (--features) gives no statement.
+  // A run without flow, of profile paper, gives no statement.
   explicit Baselines(const RunDescription& description);
 
   void Add(const FrameLine& line);

@@ -4,7 +4,6 @@
 
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -12,10 +11,6 @@
 #include "absl/strings/str_cat.h"
 
 namespace egosieve::tools {
-
-inline nlohmann::ordered_json OrNull(const std::optional<double>& value) {
-  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
-}
 
 // Reads the fields of a JSON object by name; errors name the field. One function reads a whole
 // document by visiting every field. The first failure is kept, and later reads are skipped.

@@ -214,9 +214,7 @@ bool RunFolder::HoldsMaps(const FrameLine& line, const RunDescription& descripti
     return !error && size > 0;
   };
   if (description.flags.count("potential") > 0 && !is_there("potential", ".png")) return false;
-  // A method without deviations writes none.
-  return is_there("grid", ".prob.png") &&
-         (description.flags.count("method") > 0 || is_there("grid", ".std.png"));
+  return is_there("grid", ".prob.png") && is_there("grid", ".std.png");
 }
 
 absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps& maps,
@@ -228,12 +226,10 @@ absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps&
     EGOSIEVE_RETURN_IF_ERROR(
         WriteFileAtomically(FrameFile("potential", index, ".png"), potential.png));
   }
-  EncodedMap deviation;
-  if (!maps.deviation.empty()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(deviation, EncodeMap(maps.deviation, deviation_full_scale));
-    EGOSIEVE_RETURN_IF_ERROR(
-        WriteFileAtomically(FrameFile("grid", index, ".std.png"), deviation.png));
-  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const EncodedMap deviation,
+                            EncodeMap(maps.deviation, deviation_full_scale));
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteFileAtomically(FrameFile("grid", index, ".std.png"), deviation.png));
   EGOSIEVE_RETURN_IF_ERROR(
       WriteFileAtomically(FrameFile("grid", index, ".prob.png"), probability.png));
   return deviation.saturated;
@@ -264,13 +260,6 @@ absl::StatusOr<FrameMaps> RunFolder::ReadGridMaps(const FrameLine& line,
                                                       size, description.deviation_full_scale));
   }
   return maps;
-}
-
-absl::StatusOr<cv::Mat1f> RunFolder::ReadPotential(const FrameLine& line,
-                                                   const RunDescription& description) const {
-  const kernels::ImageGrid grid = GridOf(line, description);
-  return ReadMap(FrameFile("potential", line.index, ".png"), cv::Size(grid.columns(), grid.rows()),
-                 1.0);
 }
 
 }  // namespace egosieve::tools

@@ -48,11 +48,8 @@ FrameMaps MakeMaps(const vision::SegmentationMap& map) {
   const auto as_image = [&](const std::vector<float>& values) {
     return cv::Mat1f(map.grid.rows(), map.grid.columns(), const_cast<float*>(values.data()));
   };
-  // A method without deviations has none to write.
-  const auto if_any = [&](const std::vector<float>& values) {
-    return values.empty() ? cv::Mat1f() : as_image(values);
-  };
-  return {as_image(map.probability), if_any(map.deviation), if_any(map.potential)};
+  return {as_image(map.probability), as_image(map.deviation),
+          map.potential.empty() ? cv::Mat1f() : as_image(map.potential)};
 }
 
 absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line) {

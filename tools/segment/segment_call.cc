@@ -41,9 +41,12 @@ void SegmentCall::AddFlags(CLI::App& app) {
   app.add_flag("--allow_other_device", allow_other_device,
                "With --resume: continue although the run began on another device; the log lines "
                "of the frames from here on name it");
+  app.add_option("--dump_features", features,
+                 "Research: the folder for each frame's labels and descriptors as NNNNNN.npz, for "
+                 "other classifiers (tools/evaluate/compare.py)")
+      ->type_name("DIR");
   segmenter.AddFlags(app);
   camera.AddFlags(app);
-  method.AddFlag(app);
   schedule.AddFlags(app);
   threads.AddFlag(app);
   device.AddFlag(app);
@@ -65,13 +68,7 @@ absl::Status SegmentCall::Validate() const {
 
 absl::StatusOr<vision::OnlineSegmenterOptions> SegmentCall::MakeOptions(int thread_count) const {
   vision::OnlineSegmenterOptions options = segmenter.MakeOptions(thread_count);
-  method.Apply(options);
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(method.CheckWith(resume, schedule.LeavesMaps()));
-  if (method.is_rival() && options.potential.enabled) {
-    return absl::InvalidArgumentError(
-        "--potential belongs to the segmenter; leave it or --method out");
-  }
   return options;
 }
 

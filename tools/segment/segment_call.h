@@ -13,7 +13,6 @@
 #include "tools/cli/threads_flag.h"
 #include "tools/segment/camera_flags.h"
 #include "tools/segment/drive_input.h"
-#include "tools/segment/method_flag.h"
 #include "tools/segment/schedule_flags.h"
 #include "tools/segment/segment_flags.h"
 #include "vision/segmentation/online_segmenter.h"
@@ -27,9 +26,9 @@ struct SegmentCall {
   bool resume = false;              // continue it
   bool record = false;              // keep a stream's pictures
   bool allow_other_device = false;  // with `resume`
+  std::string features;             // the folder of feature_dump.h; empty: none
   SegmentFlags segmenter;
   CameraFlags camera;
-  MethodFlag method;
   ScheduleFlags schedule;
   ThreadsFlag threads;
   DeviceFlag device;
@@ -41,8 +40,7 @@ struct SegmentCall {
   // InvalidArgument for a schedule that is none, and for flags about the run folder that exclude
   // each other.
   absl::Status Validate() const;
-  // The options by segmenter and method. InvalidArgument if they do not fit each other or the
-  // other flags. `thread_count` is at least 1.
+  // InvalidArgument for options that do not fit each other. `thread_count` is at least 1.
   absl::StatusOr<vision::OnlineSegmenterOptions> MakeOptions(int thread_count) const;
 
   // A file, folder or stream; remarks on videos are warnings on stderr. Errors of drive_input.h;

@@ -139,20 +139,10 @@ void SegmentFlags::AddLabelFlags(CLI::App& app) {
           [](std::string& text) { return text == "0" ? std::string() : Between(64, 65536)(text); },
           ""))
       ->type_name("PIXELS");
-  app.add_option("--feature_count", feature_count_,
-                 "SIFT features and corners asked for; 0: 7000 at 1242 x 375, by area")
-      ->check(Between(0, 1000000))
-      ->type_name("NUMBER");
-  AddWordFlag(app, "--features", features_, FeatureWords(), "Where labels come from");
   AddWordFlag(app, "--patch_search", patch_search_, SwitchWords(),
               "Search by patches where optical flow fails, for example small crossing cars");
-  AddWordFlag(
-      app, "--motion_model", motion_model_, MotionModelWords(),
-      "How the camera's motion is modelled; calibrated: rotation, translation and depths in "
-      "one likelihood, for which the focal length is learnt; auto: homography or "
-      "fundamental matrix, whichever explains a pair better");
   app.add_option("--focal_ratio", focal_ratio_,
-                 "Focal length over the image's longer side, for the calibrated motion model; "
+                 "Focal length over the image's longer side; "
                  "overrides --camera, which reads it from a file; estimated in a first pass over "
                  "the drive where neither is given")
       ->check(Between(0.1, 20.0))
@@ -169,12 +159,9 @@ void SegmentFlags::AddLabelFlags(CLI::App& app) {
       ->check(Between(0.0, 10.0))
       ->excludes(ahead)
       ->type_name("SECONDS");
-  AddWordFlag(app, "--labels", labels_, LabelWords(),
-              "How a feature's distance from the motion model becomes a label; evidence is "
-              "epipolar then, unless it is given");
   app.add_option(
          "--evidence", evidence_,
-         "What labels rest on: epipolar (the distance from the motion model alone), all, "
+         "What labels rest on: epipolar (the distance from the camera's motion alone), all, "
          "or a list of epipolar, negative_depth, three_view, road, accumulation, own_vehicle")
       ->check(CLI::Validator(
           [](std::string& text) {
@@ -231,18 +218,10 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
     options.labeller.frame_gap = std::stoi(*frame_gap_);  // a number, as checked
   }
   Override(labelling_size_, options.labeller.longest_side_pixels);
-  Override(feature_count_, options.labeller.feature_count);
-  Override(features_, FeatureWords(), options.labeller.features);
   Override(patch_search_, SwitchWords(), options.labeller.searches_lost);
-  Override(motion_model_, MotionModelWords(), options.labeller.motion_model);
   Override(focal_ratio_, options.labeller.focal_ratio);
   Override(ahead_, options.ahead_frames);
-  Override(labels_, LabelWords(), options.labeller.label_rule);
-  if (evidence_) {
-    options.labeller.evidence = *vision::ParseEvidenceTerms(*evidence_);
-  } else if (labels_) {
-    options.labeller.evidence = vision::EvidenceTerms::EpipolarAlone();
-  }
+  if (evidence_) options.labeller.evidence = *vision::ParseEvidenceTerms(*evidence_);
   Override(equalize_, EqualizationWords(), options.labeller.equalization.method);
   if (covariance_) options.learner.covariance = *kernels::CovarianceFunction::Parse(*covariance_);
   Override(novelty_filter_, SwitchWords(), options.learner.novelty_filter);

@@ -10,7 +10,6 @@
 #include <optional>
 #include <string>
 
-#include "absl/status/statusor.h"
 #include "vision/segmentation/online_segmenter.h"
 
 namespace egosieve::tools {
@@ -53,14 +52,10 @@ class SegmentFlags {
   std::optional<int64_t> inducing_points_;
   std::optional<std::string> frame_gap_;
   std::optional<int> labelling_size_;
-  std::optional<int> feature_count_;
-  std::optional<std::string> features_;
   std::optional<std::string> patch_search_;
-  std::optional<std::string> motion_model_;
   std::optional<double> focal_ratio_;
   std::optional<int> ahead_;
   std::optional<double> lag_seconds_;
-  std::optional<std::string> labels_;
   std::optional<std::string> evidence_;
   std::optional<std::string> equalize_;
   std::optional<std::string> covariance_;
@@ -72,11 +67,6 @@ class SegmentFlags {
 // Every flag of SegmentFlags with the value of its option. Runs with the same options have the same
 // map, whether a value was given or came from the profile.
 std::map<std::string, std::string> DescribeOptions(const vision::OnlineSegmenterOptions& options);
-
-// The options that replay and inference need, from the map of DescribeOptions; the others have
-// their defaults. DataLoss, naming the flag, if one is missing or has no known value.
-absl::StatusOr<vision::OnlineSegmenterOptions> ReadInferenceOptions(
-    const std::map<std::string, std::string>& flags);
 
 }  // namespace egosieve::tools
 

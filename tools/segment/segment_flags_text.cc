@@ -1,9 +1,5 @@
-#include <algorithm>
 #include <charconv>
-#include <cstdint>
-#include <system_error>
 
-#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "tools/segment/segment_flags.h"
 #include "tools/segment/segment_words.h"
@@ -17,13 +13,6 @@ using vision::OnlineSegmenterOptions;
 std::string Shortest(double number) {
   char digits[32];
   return std::string(digits, std::to_chars(digits, digits + sizeof(digits), number).ptr);
-}
-
-template <typename Number>
-bool IsNumber(const std::string& text, Number& number) {
-  const char* end = text.data() + text.size();
-  const auto [behind, error] = std::from_chars(text.data(), end, number);
-  return error == std::errc() && behind == end;
 }
 
 }  // namespace
@@ -49,14 +38,10 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"frame_gap",
        labeller.frame_gap == kAutomaticGap ? kAutomatic : absl::StrCat(labeller.frame_gap)},
       {"labelling_size", absl::StrCat(labeller.longest_side_pixels)},
-      {"feature_count", absl::StrCat(labeller.feature_count)},
-      {"features", NameOf(FeatureWords(), labeller.features)},
       {"patch_search", yes_or_no(labeller.searches_lost)},
-      {"motion_model", NameOf(MotionModelWords(), labeller.motion_model)},
       {"focal_ratio", Shortest(labeller.focal_ratio)},
       {"ahead", absl::StrCat(options.ahead_frames)},
       {"evidence", vision::Describe(labeller.evidence)},
-      {"labels", NameOf(LabelWords(), labeller.label_rule)},
       {"equalize", NameOf(EqualizationWords(), labeller.equalization.method)},
       {"covariance", std::string(learner.covariance.text())},
       {"novelty_filter", yes_or_no(learner.novelty_filter)},
@@ -67,67 +52,11 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       // Settings of the profiles that have no flag.
       {"flow_quality", NameOf(FlowQualityWords(), labeller.flow_quality)},
       {"training_points", absl::StrCat(learner.training.subset_size)},
-      {"labelled_frame",
-       labeller.labelled_side == vision::LabelledSide::kFirstFrame ? "first" : "current"},
+      {"front_end", labeller.is_paper ? "paper" : "default"},
       {"random_start", yes_or_no(learner.random_start)},
   };
   if (options.potential.enabled) flags["potential"] = yes_or_no(true);
   return flags;
-}
-
-absl::StatusOr<OnlineSegmenterOptions> ReadInferenceOptions(
-    const std::map<std::string, std::string>& flags) {
-  OnlineSegmenterOptions options;
-  absl::Status status;
-  const auto find = [&](const std::string& name) {
-    const auto flag = flags.find(name);
-    if (flag == flags.end()) {
-      status.Update(absl::DataLossError(absl::StrCat("run.json has no flag '", name, "'")));
-    }
-    return flag == flags.end() ? std::string() : flag->second;
-  };
-  const auto read_word = [&](const std::string& name, const auto& words, auto& target) {
-    const std::string given = find(name);
-    for (const auto& [word, value] : words) {
-      if (word == given) {
-        target = value;
-        return;
-      }
-    }
-    status.Update(absl::DataLossError(
-        absl::StrCat("run.json's flag '", name, "' has the unknown value '", given, "'")));
-  };
-  const auto read_number = [&](const std::string& name, auto& target) {
-    const std::string given = find(name);
-    if (!IsNumber(given, target)) {
-      status.Update(absl::DataLossError(
-          absl::StrCat("run.json's flag '", name, "' is '", given, "', which is no number")));
-    }
-  };
-  read_word("model", ModelWords(), options.learner.model.kind);
-  if (const auto covariance = kernels::CovarianceFunction::Parse(find("covariance"));
-      covariance.ok()) {
-    options.learner.covariance = *covariance;
-  } else {
-    status.Update(absl::DataLossError(
-        absl::StrCat("run.json's flag 'covariance': ", covariance.status().message())));
-  }
-  // Checkpoints of such a run hold what the labeller has learnt.
-  options.labeller.learns_focal_ratio = find("focal_ratio") == kLearntOnTheWay;
-  read_word("equalize", EqualizationWords(), options.labeller.equalization.method);
-  read_number("stride", options.stride_pixels);
-  read_number("window", options.descriptor.window_pixels);
-  read_number("location_prior", options.location_prior.weight);
-  read_number("label_residual", options.residual_weight);
-  options.potential.enabled = flags.count("potential") > 0;
-  uint64_t seed = 1;
-  read_number("seed", seed);
-  options.SetSeed(seed);
-  if (options.learner.model.kind == vision::ModelKind::kSparse) {
-    read_number("inducing_points", options.learner.model.sparse.inducing_points);
-  }
-  if (!status.ok()) return status;
-  return options;
 }
 
 }  // namespace egosieve::tools

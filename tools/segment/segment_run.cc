@@ -14,7 +14,7 @@
 #include "tools/cli/interruption.h"
 #include "tools/cli/warning.h"
 #include "tools/run_folder/map_image.h"
-#include "tools/segment/method_run.h"
+#include "tools/segment/feature_dump.h"
 #include "tools/segment/run_beginning.h"
 #include "tools/segment/run_verdict.h"
 #include "vision/frame/stepped_frames.h"
@@ -105,23 +105,6 @@ absl::StatusOr<ExitCode> WriteAll(const SegmentCall& call, const DriveInput& inp
   return EndRun(call, summary, input, progress.Seconds(), writer);
 }
 
-absl::StatusOr<ExitCode> SegmentByRival(const SegmentCall& call, const DriveInput& input,
-                                        const OpenedDevice& device,
-                                        const vision::OnlineSegmenterOptions& options,
-                                        const RunFolder& folder) {
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      std::unique_ptr<vision::MethodSegmenter> segmenter,
-      vision::MethodSegmenter::Create(device.context, options, {call.method.name()}));
-  RunDescription description = DescribeRun(call, input, device.info, options);
-  description.flags["method"] = call.method.name();
-  EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer, StartRun(call, folder, description));
-  vision::PipelineOptions pipeline = call.schedule.MakePipeline(1, call.schedule.first_frame());
-  pipeline.checkpoint_interval = 0;
-  return WriteAll(call, input, pipeline, writer, [&](const vision::SegmentedFrameSink& sink) {
-    return RunMethod(*input.frames, *segmenter, pipeline, InterruptionRequested, sink);
-  });
-}
-
 // `created`: absent for the run that --resume found.
 absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput& input,
                                        const OpenedDevice& device,
@@ -144,12 +127,19 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
   }
   const vision::PipelineOptions pipeline =
       call.schedule.MakePipeline(threads, beginning.first_frame);
+  if (!call.features.empty()) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(call.features));
   return WriteAll(
       call, input, pipeline, *beginning.writer,
       [&](const vision::SegmentedFrameSink& sink) -> absl::StatusOr<vision::PipelineSummary> {
-        EGOSIEVE_ASSIGN_OR_RETURN(
-            vision::PipelineSummary summary,
-            vision::RunPipeline(*input.frames, *segmenter, pipeline, InterruptionRequested, sink));
+        const auto dump_and_sink = [&](const vision::SegmentedFrame& frame) {
+          if (!call.features.empty()) {
+            EGOSIEVE_RETURN_IF_ERROR(DumpFeatures(frame, *device.context, options, call.features));
+          }
+          return sink(frame);
+        };
+        EGOSIEVE_ASSIGN_OR_RETURN(vision::PipelineSummary summary,
+                                  vision::RunPipeline(*input.frames, *segmenter, pipeline,
+                                                      InterruptionRequested, dump_and_sink));
         EGOSIEVE_RETURN_IF_ERROR(
             call.camera.WriteLearnt(call.directory, input, segmenter->learnt_camera()));
         return summary;
@@ -198,7 +188,6 @@ absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
     input.frames = std::make_unique<vision::SteppedFrames>(std::move(input.frames), from, step);
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<RunFolder> created, CreateUnlessResumed(call));
-  if (call.method.is_rival()) return SegmentByRival(call, input, device, options, *created);
   return SegmentOnline(call, input, device, options, created, threads);
 }
 

@@ -4,32 +4,6 @@ namespace egosieve::tools {
 
 using vision::OnlineSegmenterOptions;
 
-const Words<vision::FeatureSource>& FeatureWords() {
-  static const auto& words =
-      *new Words<vision::FeatureSource>{{"sift+corners", vision::FeatureSource::kSiftCorners},
-                                        {"flow", vision::FeatureSource::kFlow},
-                                        {"both", vision::FeatureSource::kBoth},
-                                        {"auto", vision::FeatureSource::kAuto}};
-  return words;
-}
-
-const Words<vision::MotionModelChoice>& MotionModelWords() {
-  static const auto& words = *new Words<vision::MotionModelChoice>{
-      {"auto", vision::MotionModelChoice::kAuto},
-      {"fundamental", vision::MotionModelChoice::kFundamental},
-      {"homography", vision::MotionModelChoice::kHomography},
-      {"calibrated", vision::MotionModelChoice::kCalibrated}};
-  return words;
-}
-
-const Words<vision::LabelRule>& LabelWords() {
-  static const auto& words =
-      *new Words<vision::LabelRule>{{"scaled_distance", vision::LabelRule::kScaledDistance},
-                                    {"scaled_median", vision::LabelRule::kScaledMedian},
-                                    {"mixture", vision::LabelRule::kMixture}};
-  return words;
-}
-
 const Words<vision::Equalization>& EqualizationWords() {
   static const auto& words =
       *new Words<vision::Equalization>{{"none", vision::Equalization::kNone},

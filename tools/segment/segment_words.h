@@ -10,9 +10,6 @@
 
 namespace egosieve::tools {
 
-const Words<vision::FeatureSource>& FeatureWords();
-const Words<vision::MotionModelChoice>& MotionModelWords();
-const Words<vision::LabelRule>& LabelWords();
 const Words<vision::Equalization>& EqualizationWords();
 const Words<vision::ModelKind>& ModelWords();
 const Words<vision::FlowQuality>& FlowQualityWords();

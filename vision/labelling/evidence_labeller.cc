@@ -14,10 +14,6 @@ constexpr int kSupportRadius = 2;  // nodes
 constexpr double kSupportShare = 0.45;
 constexpr double kKerb = 0.1;  // high ones are 0.15 m, a person carries a camera at 1.5 m
 
-// Unique ids for the tracks of both trackers.
-int64_t GridId(int64_t id) { return id < 0 ? id : 2 * id; }
-int64_t FeatureId(int64_t id) { return id < 0 ? id : 2 * id + 1; }
-
 // What is fixed for a while only, such as an object that a hand-held camera follows, is no own
 // vehicle: where the first pass has seen the drive, which distinguishes the two, it decides alone.
 bool LooksForOwnVehicle(const FrameLabellerOptions& options) {
@@ -59,35 +55,30 @@ absl::StatusOr<EvidenceLabeller> EvidenceLabeller::Create(const FrameLabellerOpt
   GridTrackerOptions grid_options;
   grid_options.stride_pixels = options.flow_stride_pixels;
   EGOSIEVE_ASSIGN_OR_RETURN(GridTracker grid, GridTracker::Create(grid_options));
-  EGOSIEVE_ASSIGN_OR_RETURN(FeatureTracker features, FeatureTracker::Create({}));
   EGOSIEVE_ASSIGN_OR_RETURN(EvidenceAccumulator accumulator,
                             EvidenceAccumulator::Create(OptionsOf(options)));
-  return EvidenceLabeller(options, std::move(grid), std::move(features), std::move(accumulator));
+  return EvidenceLabeller(options, std::move(grid), std::move(accumulator));
 }
 
 EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid,
-                                   FeatureTracker features, EvidenceAccumulator accumulator)
+                                   EvidenceAccumulator accumulator)
     : stride_pixels_(options.flow_stride_pixels),
       draws_own_vehicle_(LooksForOwnVehicle(options)),
       ignored_(options.ignored),
       windscreen_(options.windscreen),
       grid_(std::move(grid)),
-      features_(std::move(features)),
       accumulator_(std::move(accumulator)) {}
 
 void EvidenceLabeller::Begin(int64_t frame_index) {
   ++state_.picture;
   state_.frame_indices = {frame_index};
   grid_.EndAll();
-  features_.EndAll();
   is_textured_.clear();
   accumulator_.Interrupt();
 }
 
-absl::Status EvidenceLabeller::Advance(const ExtractedFrame& before, const ExtractedFrame& frame,
-                                       const FramePairs& pairs) {
+absl::Status EvidenceLabeller::Advance(const ExtractedFrame& frame, const FramePairs& pairs) {
   EGOSIEVE_RETURN_IF_ERROR(AdvanceGrid(frame.grey.size(), pairs));
-  EGOSIEVE_RETURN_IF_ERROR(AdvanceFeatures(before, frame, pairs));
   ++state_.picture;
   state_.frame_indices.push_back(frame.frame.index);
   if (state_.frame_indices.size() > kTrackHistory) {
@@ -116,21 +107,6 @@ absl::Status EvidenceLabeller::AdvanceGrid(cv::Size size, const FramePairs& pair
                         stride_pixels_)] = pairs.link_is_textured[i];
   }
   return absl::OkStatus();
-}
-
-absl::Status EvidenceLabeller::AdvanceFeatures(const ExtractedFrame& before,
-                                               const ExtractedFrame& frame,
-                                               const FramePairs& pairs) {
-  if (pairs.matches.empty()) {
-    features_.EndAll();
-    return absl::OkStatus();
-  }
-  if (!before.features().ok()) return before.features().status();
-  if (!frame.features().ok()) return frame.features().status();
-  if (features_.tracks().empty() && features_.state().frame_index < state_.picture) {
-    EGOSIEVE_RETURN_IF_ERROR(features_.Advance(state_.picture, *before.features(), {}));
-  }
-  return features_.Advance(state_.picture + 1, *frame.features(), pairs.matches);
 }
 
 std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks& ahead) const {
@@ -177,8 +153,8 @@ std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks&
     if (!is_ahead && !is_near && !tracked) continue;
     point.is_supported = is_ahead || is_behind || is_near;
     if (has_tracks) {
-      point.evidence.track_id = GridId(grid_.tracks()[n].id);
-      point.evidence.parent_id = GridId(grid_.tracks()[n].parent_id);
+      point.evidence.track_id = grid_.tracks()[n].id;
+      point.evidence.parent_id = grid_.tracks()[n].parent_id;
     }
     point.is_textured = near_behind[n] != 0 ? is_textured_[n] != 0 : ahead.is_textured[n] != 0;
     point.evidence.estimates = point.is_textured;
@@ -189,14 +165,6 @@ std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks&
 
 std::vector<TrackedPoint> EvidenceLabeller::Points(int gap, const GridLinks& ahead) const {
   std::vector<TrackedPoint> points = GridPoints(gap, ahead);
-  for (const Track& track : features_.tracks()) {
-    if (!track.Reaches(gap)) continue;
-    TrackedPoint point;
-    point.evidence = PointOfTrack(track, gap);
-    point.evidence.track_id = FeatureId(track.id);
-    point.evidence.parent_id = FeatureId(track.parent_id);
-    points.push_back(point);
-  }
   std::erase_if(points, [&](const TrackedPoint& point) {
     return IsIgnored(windscreen_, windscreen_.size(), point.evidence.now.x, point.evidence.now.y);
   });
@@ -256,14 +224,12 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
 EvidenceLabellerState EvidenceLabeller::state() const {
   EvidenceLabellerState state = state_;
   state.grid = grid_.state();
-  state.features = features_.state();
   state.evidence = accumulator_.state();
   return state;
 }
 
 absl::Status EvidenceLabeller::Restore(EvidenceLabellerState state) {
   EGOSIEVE_RETURN_IF_ERROR(grid_.Restore(std::move(state.grid)));
-  EGOSIEVE_RETURN_IF_ERROR(features_.Restore(std::move(state.features)));
   EGOSIEVE_RETURN_IF_ERROR(accumulator_.Restore(std::move(state.evidence)));
   state_ = EvidenceLabellerState();
   state_.picture = state.picture;

@@ -6,8 +6,7 @@
 //   4. evidence and its probability                                vision/evidence
 //
 // Pictures are counted, not frame numbers: a repeated picture is not a step, and missing frames
-// make the step longer. Grid nodes and features are tracked separately; if one of the two has no
-// links for a picture, its tracks end.
+// make the step longer. Without links for a picture the tracks end.
 #ifndef EGOSIEVE_VISION_LABELLING_EVIDENCE_LABELLER_H_
 #define EGOSIEVE_VISION_LABELLING_EVIDENCE_LABELLER_H_
 
@@ -24,7 +23,6 @@
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/pair_builder.h"
 #include "vision/labelling/pair_motions.h"
-#include "vision/tracking/feature_tracker.h"
 #include "vision/tracking/grid_tracker.h"
 
 namespace egosieve::vision {
@@ -33,7 +31,6 @@ struct EvidenceLabellerState {
   int64_t picture = -1;                // number of the last picture; -1: none
   std::vector<int64_t> frame_indices;  // of the pictures that tracks may reach, oldest first
   GridTrackerState grid;
-  FeatureTrackerState features;
   EvidenceState evidence;
 };
 
@@ -63,9 +60,8 @@ class EvidenceLabeller {
   void Begin(int64_t frame_index);
   // For a frame that repeats the last picture.
   void Repeat(int64_t frame_index) { state_.frame_indices.back() = frame_index; }
-  // Step 1. pairs: from `before`, the last picture, to `frame`.
-  absl::Status Advance(const ExtractedFrame& before, const ExtractedFrame& frame,
-                       const FramePairs& pairs);
+  // Step 1. pairs: from the last picture to `frame`.
+  absl::Status Advance(const ExtractedFrame& frame, const FramePairs& pairs);
 
   // Frame index of the last picture; -1: none.
   int64_t last_frame_index() const {
@@ -96,19 +92,16 @@ class EvidenceLabeller {
   absl::Status Restore(EvidenceLabellerState state);
 
  private:
-  EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid, FeatureTracker features,
+  EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid,
                    EvidenceAccumulator accumulator);
 
   std::vector<TrackedPoint> GridPoints(int gap, const GridLinks& ahead) const;
   absl::Status AdvanceGrid(cv::Size size, const FramePairs& pairs);
-  absl::Status AdvanceFeatures(const ExtractedFrame& before, const ExtractedFrame& frame,
-                               const FramePairs& pairs);
 
   int stride_pixels_;
   bool draws_own_vehicle_;
   cv::Mat1b ignored_, windscreen_;
   GridTracker grid_;
-  FeatureTracker features_;
   EvidenceAccumulator accumulator_;
   std::vector<uint8_t> is_textured_;  // of the grid's nodes in the current picture
   EvidenceLabellerState state_;       // picture and frame_indices only

@@ -20,9 +20,6 @@ struct EvidenceTerms {
 
   static EvidenceTerms EpipolarAlone() { return {true, false, false, false, false, false}; }
 
-  bool IsEpipolarAlone() const {
-    return epipolar && !negative_depth && !three_view && !road && !accumulation && !own_vehicle;
-  }
   // Whether a term that detects movers is selected; the last two only modify the others.
   bool IsEnough() const { return epipolar || negative_depth || three_view || road; }
 };

@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "vision/labelling/frame_labeller.h"
@@ -6,14 +8,9 @@ namespace egosieve::vision {
 
 FrameLabellerOptions FrameLabellerOptions::Paper() {
   FrameLabellerOptions options;
-  options.features = FeatureSource::kSiftCorners;
-  options.motion_model = MotionModelChoice::kFundamental;
-  options.label_rule = LabelRule::kScaledDistance;
+  options.is_paper = true;
   options.evidence = EvidenceTerms::EpipolarAlone();
-  options.labelled_side = LabelledSide::kFirstFrame;
   options.equalization.method = Equalization::kGlobal;
-  options.windowed_search = false;
-  options.drop_lone_matches = false;
   return options;
 }
 
@@ -30,25 +27,20 @@ absl::Status FrameLabellerOptions::Validate() const {
         "evidence has no term that tells movers from the static scene; it needs epipolar, "
         "negative_depth, three_view or road");
   }
-  if (!evidence.IsEpipolarAlone() && labelled_side != LabelledSide::kCurrentFrame) {
-    return absl::InvalidArgumentError(
-        "evidence beyond epipolar needs labelled_side to be the current frame");
+  if (is_paper && frame_gap == 0) {
+    return absl::InvalidArgumentError("the paper's front end needs a frame_gap of at least 1");
   }
   return kernels::CheckOptions({
-      {"feature_count", feature_count, feature_count >= 0, "not be negative"},
-      {"match_ratio", match_ratio, match_ratio > 0 && match_ratio <= 1, "be in (0, 1]"},
       {"flow_stride_pixels", flow_stride_pixels,
        flow_stride_pixels >= 1 && flow_stride_pixels <= 100, "be from 1 to 100"},
-      {"paper_distance_pixels", paper_distance_pixels, kernels::IsPositive(paper_distance_pixels),
-       "be positive"},
-      {"median_multiple", median_multiple, kernels::IsPositive(median_multiple), "be positive"},
-      {"noise_floor_pixels", noise_floor_pixels, kernels::IsPositive(noise_floor_pixels),
-       "be positive"},
-      {"flow_noise_share", flow_noise_share, kernels::IsNotNegative(flow_noise_share),
-       "be finite and not negative"},
       {"minimum_matches", minimum_matches, minimum_matches >= 8, "be at least 8"},
       {"threads", threads, threads >= 1 && threads <= 256, "be from 1 to 256"},
   });
+}
+
+absl::StatusOr<LabelledFrame> FrameLabeller::Process(const Frame& frame) {
+  EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const ExtractedFrame> extracted, Extract(frame));
+  return Label(std::move(extracted));
 }
 
 const char* Name(LabelOutcome outcome) {

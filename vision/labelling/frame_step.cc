@@ -3,14 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "absl/strings/str_format.h"
-
 namespace egosieve::vision {
-namespace {
-
-constexpr double kMajority = 0.5;
-
-}  // namespace
 
 CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& points,
                   const Pinhole& camera) {
@@ -38,23 +31,6 @@ CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& poin
     step.places.push_back({{before.x, before.y, now.x, now.y}, {now.x, now.y, there.x, there.y}});
   }
   return MeasureStep(rotation, step, camera);
-}
-
-std::string DoubtOf(const LabelledFrame& labels) {
-  if (labels.outcome == LabelOutcome::kDuplicateFrame) return "";
-  if (labels.outcome != LabelOutcome::kLabelled) return labels.reason;
-  if (labels.static_share < kMajority) {
-    return absl::StrFormat("only %.0f %% of the image points agree on how the camera moved",
-                           100.0 * labels.static_share);
-  }
-  const auto moving =
-      static_cast<double>(std::count_if(labels.probability.begin(), labels.probability.end(),
-                                        [](double probability) { return probability >= 0.5; }));
-  const double share = moving / static_cast<double>(std::max<int64_t>(labels.size(), 1));
-  if (share > kMajority) {
-    return absl::StrFormat("%.0f %% of the labelled places seem to move", 100.0 * share);
-  }
-  return "";
 }
 
 }  // namespace egosieve::vision

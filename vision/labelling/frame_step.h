@@ -1,4 +1,4 @@
-// The camera's step from the frame before, and whether a frame's labels are reliable.
+// The camera's step from the frame before.
 #ifndef EGOSIEVE_VISION_LABELLING_FRAME_STEP_H_
 #define EGOSIEVE_VISION_LABELLING_FRAME_STEP_H_
 
@@ -27,9 +27,6 @@ struct FrameViews {
 // The step is unknown without `world`, or if `behind` is needed and was not found.
 CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& points,
                   const Pinhole& camera);
-
-// `doubt` of labelled_frame.h, from the rest of it.
-std::string DoubtOf(const LabelledFrame& labels);
 
 }  // namespace egosieve::vision
 

@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3630'6c62'616c'6765;  // "egalbl06"
+constexpr uint64_t kMagic = 0x3730'6c62'616c'6765;  // "egalbl07"
 
 // Walk() is used for both directions: with a Writer it appends the state to bytes, with a Reader it
 // sets the state from bytes.
@@ -106,17 +106,6 @@ void WalkGrid(Archive& archive, State& grid) {
   WalkTracks(archive, grid.tracks);
 }
 
-template <typename Archive, typename State>
-void WalkFeatures(Archive& archive, State& features) {
-  archive.Plain(features.frame_index);
-  archive.Plain(features.next_id);
-  WalkTracks(archive, features.tracks);
-  if (!archive.Count(features.references, sizeof(SiftDescriptor))) return;
-  for (auto& reference : features.references) archive.Block(reference.data(), reference.size());
-  if (!archive.Count(features.reference_ages, sizeof(int32_t))) return;
-  archive.Block(features.reference_ages.data(), features.reference_ages.size());
-}
-
 template <typename Archive, typename Pose>
 void WalkPose(Archive& archive, Pose& pose) {
   archive.Plain(pose.outcome);
@@ -192,14 +181,6 @@ void WalkEvidence(Archive& archive, State& evidence) {
   WalkOwnVehicle(archive, evidence.own_vehicle);
 }
 
-template <typename Archive, typename Field>
-void WalkMotion(Archive& archive, Field& motion) {
-  archive.Plain(motion.columns);
-  archive.Plain(motion.rows);
-  if (!archive.Count(motion.velocities, sizeof(cv::Point2f))) return;
-  if (!motion.velocities.empty()) WalkPlaces(archive, motion.velocities);
-}
-
 template <typename Archive, typename Tracks>
 void WalkKept(Archive& archive, Tracks& kept) {
   archive.Plain(kept.pictures);
@@ -232,12 +213,9 @@ void WalkFocal(Archive& archive, State& focal) {
 
 template <typename Archive, typename State>
 void Walk(Archive& archive, State& state) {
-  archive.Plain(state.mixture.noise_pixels);
-  archive.Plain(state.mixture.dynamic_share);
   archive.Plain(state.gap.gap);
   archive.Flag(state.gap.has_parallax);
   archive.Plain(state.gap.log_parallax);
-  WalkMotion(archive, state.motion);
   archive.Block(state.ground.data(), state.ground.size());
   if (!archive.Count(state.moved, sizeof(float))) return;
   archive.Block(state.moved.data(), state.moved.size());
@@ -251,7 +229,6 @@ void Walk(Archive& archive, State& state) {
   if (!archive.Count(state.evidence.frame_indices, sizeof(int64_t))) return;
   archive.Block(state.evidence.frame_indices.data(), state.evidence.frame_indices.size());
   WalkGrid(archive, state.evidence.grid);
-  WalkFeatures(archive, state.evidence.features);
   WalkEvidence(archive, state.evidence.evidence);
   bool has_focal = state.focal.has_value();
   archive.Flag(has_focal);
@@ -259,13 +236,6 @@ void Walk(Archive& archive, State& state) {
     if (has_focal) state.focal.emplace();
   }
   if (state.focal) WalkFocal(archive, *state.focal);
-}
-
-bool IsSensible(const MotionField& motion) {
-  const auto cells = static_cast<uint64_t>(motion.velocities.size());
-  if (cells == 0) return motion.columns == 0 && motion.rows == 0;
-  return motion.columns > 0 && motion.rows > 0 &&
-         static_cast<uint64_t>(motion.columns) * static_cast<uint64_t>(motion.rows) == cells;
 }
 
 // least, most: pictures of a window, if it has any. Its tracks have at least `least` positions.
@@ -296,13 +266,9 @@ bool IsSensible(const FocalLearnerState& focal) {
 }
 
 bool IsSensible(const LabellerState& state) {
-  const MixtureState& mixture = state.mixture;
   const auto& indices = state.evidence.frame_indices;
-  return IsSensible(state.motion) && mixture.noise_pixels >= 0 &&
-         std::isfinite(mixture.noise_pixels) && mixture.dynamic_share >= 0 &&
-         mixture.dynamic_share <= 1 && std::isfinite(state.gap.log_parallax) &&
-         state.gap.gap >= 1 && state.gap.gap <= 100 && indices.size() <= kTrackHistory &&
-         std::is_sorted(indices.begin(), indices.end()) &&
+  return std::isfinite(state.gap.log_parallax) && state.gap.gap >= 1 && state.gap.gap <= 100 &&
+         indices.size() <= kTrackHistory && std::is_sorted(indices.begin(), indices.end()) &&
          (!state.focal || IsSensible(*state.focal));
 }
 

@@ -1,8 +1,8 @@
 // The state that a labeller carries from frame to frame, as bytes.
 //
-//   magic, version | mixture | frame gap | motion field | ground's speed | places that moved | motions
-//   of pairs | evidence_labeller.h: pictures, grid tracks, feature tracks, sums of evidence, poses,
-//   own vehicle | focal_learner.h, where there is one
+//   magic, version | frame gap | ground's speed | places that moved | motions of pairs |
+//   evidence_labeller.h: pictures, grid tracks, sums of evidence, poses, own vehicle |
+//   focal_learner.h, where there is one
 //
 // Numbers are little-endian as in memory. Each count precedes its items. Equal states give equal
 // bytes. About 3 MB at 1242 x 375.
@@ -18,18 +18,14 @@
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/focal_learner.h"
 #include "vision/labelling/gap_choice.h"
-#include "vision/labelling/label_rule.h"
 #include "vision/labelling/mover_memory.h"
 #include "vision/labelling/pair_motions.h"
-#include "vision/matching/motion_field.h"
 #include "vision/trajectory/ground_speed.h"
 
 namespace egosieve::vision {
 
 struct LabellerState {
-  MixtureState mixture;
   GapState gap;
-  MotionField motion;
   GroundSpeed::Probabilities ground = GroundSpeed().probabilities();
   MovedNodes moved;
   std::vector<KnownMotion> motions;

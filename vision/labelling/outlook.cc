@@ -11,18 +11,20 @@
 namespace egosieve::vision {
 namespace {
 
+constexpr double kLeastStaticShare = 0.3;
+// Below this the camera stands, as in (GR2) of vision/paper/motion_selection.h.
+constexpr double kStillPixels = 0.25;
+
 bool IsTrusted(const TwoViewMotion& motion) {
-  return motion.found && motion.static_share >= MotionModelOptions().minimum_support;
+  return motion.found && motion.static_share >= kLeastStaticShare;
 }
 
-// The camera is static if there is no parallax and its rotation moves the image by less than the
-// limit of motion_model.h (GR2).
+// The camera is static if there is no parallax and its rotation hardly moves the image.
 MotionModelKind KindOf(const TwoViewMotion& motion, const Pinhole& camera) {
   if (motion.HasParallax()) return MotionModelKind::kFundamental;
   const double angle = Eigen::AngleAxisd(motion.rotation).angle();
-  return angle * camera.focal_pixels < MotionModelOptions().still_pixels
-             ? MotionModelKind::kStatic
-             : MotionModelKind::kHomography;
+  return angle * camera.focal_pixels < kStillPixels ? MotionModelKind::kStatic
+                                                    : MotionModelKind::kHomography;
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Fills in the places of a labelled frame and their probabilities, from the distance to the motion
-// model (label_rule.h) or from evidence along tracks (vision/evidence/fusion.h). Places outside of
-// the picture and places without a probability are counted as discarded.
+// Fills in the places of a labelled frame and their probabilities from evidence along tracks
+// (vision/evidence/fusion.h). Places outside of the picture and places without a probability are
+// counted as discarded.
 #ifndef EGOSIEVE_VISION_LABELLING_PLACE_LABELS_H_
 #define EGOSIEVE_VISION_LABELLING_PLACE_LABELS_H_
 
@@ -8,20 +8,12 @@
 
 #include "vision/evidence/evidence_accumulator.h"
 #include "vision/geometry/motion_model.h"
-#include "vision/geometry/point_pair.h"
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
-#include "vision/labelling/label_rule.h"
 #include "vision/labelling/labelled_frame.h"
 
 namespace egosieve::vision {
-
-// labelled: the frame of the pair that options.labelled_side selects. mixture: carried from frame
-// to frame.
-void LabelByDistance(const ExtractedFrame& labelled, const std::vector<PointPair>& pairs,
-                     const MotionModel& model, const FrameLabellerOptions& options,
-                     MixtureState& mixture, LabelledFrame& result);
 
 // evidence: one per point. Nodes of the flow grid in options.ignored are labelled static.
 void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint>& points,

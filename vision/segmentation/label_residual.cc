@@ -6,7 +6,7 @@
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
-#include "vision/baselines/nearest_feature.h"
+#include "vision/segmentation/nearest_feature.h"
 
 namespace egosieve::vision {
 namespace {

@@ -14,6 +14,7 @@
 #include "kernels/base/status_macros.h"
 #include "vision/frame/equalization.h"
 #include "vision/segmentation/label_record.h"
+#include "vision/segmentation/labeller_factory.h"
 #include "vision/segmentation/stage_timer.h"
 
 namespace egosieve::vision {
@@ -107,7 +108,7 @@ absl::StatusOr<std::unique_ptr<OnlineSegmenter>> OnlineSegmenter::Create(
     std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<FrameLabeller> labeller,
-                            FrameLabeller::Create(options.labeller));
+                            MakeFrameLabeller(options.labeller));
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<OnlineLearner> learner,
                             OnlineLearner::Create(context, kDescriptorDimension, options.learner));
   return std::unique_ptr<OnlineSegmenter>(

@@ -4,8 +4,7 @@
 //   median       of rank floor(n / 2): of an even number, the upper of the two in the middle
 //   quantile q   of rank floor(q (n - 1)); always one of the values
 //
-// Interpolated ones lie between two values: the mean of the two in the middle, and the quantile
-// that is linear in its place q (n - 1).
+// The interpolated median of an even number is the mean of the two in the middle.
 //
 // There is at least one value, and none is NaN. What is "in place" changes the values' order.
 #ifndef EGOSIEVE_VISION_STATISTICS_ORDER_STATISTICS_H_
@@ -46,14 +45,6 @@ inline double InterpolatedMedian(std::vector<double> values) {
   if (values.size() % 2 == 1) return upper;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   return 0.5 * (*std::max_element(values.begin(), middle) + upper);
-}
-
-// share: from 0 to 1; the values are in ascending order.
-inline double InterpolatedQuantile(const std::vector<double>& sorted, double share) {
-  const double place = share * static_cast<double>(sorted.size() - 1);
-  const auto low = static_cast<size_t>(place);
-  const size_t high = std::min(low + 1, sorted.size() - 1);
-  return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
 }
 
 }  // namespace egosieve::vision

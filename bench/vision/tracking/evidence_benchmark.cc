@@ -7,34 +7,12 @@
 
 #include "tests/vision/evidence/point_street.h"
 #include "vision/evidence/evidence_accumulator.h"
-#include "vision/tracking/feature_tracker.h"
 #include "vision/tracking/grid_tracker.h"
 
 namespace egosieve::vision {
 namespace {
 
 constexpr int kFrames = 8, kGap = 2;
-
-void BM_FeatureTracker(benchmark::State& state) {
-  const int64_t n = state.range(0);
-  std::mt19937_64 random(1);
-  FeatureSet features;
-  std::vector<Match> matches;
-  for (int64_t i = 0; i < n; ++i) {
-    features.positions.emplace_back(static_cast<float>(random() % 1242),
-                                    static_cast<float>(random() % 375));
-    for (int k = 0; k < kSiftDescriptorBytes; ++k) features.descriptors.push_back(random() % 90);
-    if (i % 4 != 0) matches.push_back({static_cast<int32_t>(i), static_cast<int32_t>(i), 0.5F});
-  }
-  auto tracker = FeatureTracker::Create({});
-  int64_t frame = 0;
-  for (auto _ : state) {
-    if (!tracker->Advance(frame++, features, matches).ok()) std::abort();
-  }
-  if (tracker->tracks()[1].length != frame) std::abort();
-  state.SetItemsProcessed(state.iterations() * n);
-}
-BENCHMARK(BM_FeatureTracker)->Arg(7000)->Unit(benchmark::kMillisecond);
 
 void BM_GridTracker(benchmark::State& state) {
   const cv::Size size(1242, 375);

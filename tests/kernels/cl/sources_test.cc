@@ -22,7 +22,7 @@ TEST(Sources, NoFunctionIsInlineAlone) {
   int functions = 0;
   for (const char* file : {"common.cl", "covariance.cl", "covariance_gradient.cl",
                            "dense_posterior.cl", "dense_posterior_local.cl", "image.cl",
-                           "plane_sweep.cl", "posterior_outputs.cl", "roofline.cl"}) {
+                           "posterior_outputs.cl", "roofline.cl"}) {
     const std::string text(cl_sources::Text(file));
     ASSERT_FALSE(text.empty()) << file;
     for (const absl::string_view line : absl::StrSplit(text, '\n')) {

@@ -18,7 +18,6 @@
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/ops/exact_regression.h"
 #include "kernels/ops/grid_interpolation.h"
-#include "kernels/ops/plane_sweep.h"
 #include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/failing_calls.h"
 #include "tests/kernels/test_data.h"
@@ -325,33 +324,6 @@ TEST_F(DeviceFailureTest, Images) {
           return GridInterpolation(*context, grid, map, {out[0].data(), 11, 19});
         },
         1, 11 * 19, /*staged=*/false);
-  }
-}
-
-TEST_F(DeviceFailureTest, PlaneSweep) {
-  std::vector<uint8_t> pixels(19 * 11);
-  for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random_());
-  PlaneSweepInputs inputs;
-  inputs.first = inputs.second = {pixels.data(), 19, 11, 1, 19};
-  inputs.grid = {19, 11, 2};
-  inputs.homography = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  inputs.epipole = {1, 0, 0};
-  inputs.steps = {{0.5f, 1.0f}, {1.5f, 1.25f}};
-  const int64_t places = inputs.grid.size();
-  const std::vector<float> flow(places * 2, 0.5f);
-  inputs.flow = {flow.data(), places, 2};
-  for (const auto& context : {TestContext(), SideBySideContext()}) {
-    FailEveryCall(
-        [&](Outputs& out) {
-          // NaN outside of the picture is not equal to itself.
-          std::vector<float> found(places * kSweepColumns);
-          absl::Status status = PlaneSweep(*context, inputs, {found.data(), places, kSweepColumns});
-          if (!status.ok()) return status;
-          std::transform(found.begin(), found.end(), out[0].data(),
-                         [](float value) { return std::isnan(value) ? -1.0f : value; });
-          return status;
-        },
-        1, places * kSweepColumns, /*staged=*/true);
   }
 }
 

@@ -18,11 +18,9 @@
 #include "kernels/ops/device_linear_algebra.h"
 #include "kernels/ops/exact_regression.h"
 #include "kernels/ops/grid_interpolation.h"
-#include "kernels/ops/plane_sweep.h"
 #include "kernels/reference/covariance.h"
 #include "kernels/reference/dense_posterior.h"
 #include "kernels/reference/image.h"
-#include "kernels/reference/plane_sweep.h"
 #include "kernels/runtime/opencl_context.h"
 
 namespace egosieve::kernels {
@@ -273,39 +271,6 @@ void RunImage(Context& context, std::mt19937_64& random) {
   }
 }
 
-// Levels of at most 15, so that costs are small against the tolerance, up to the pictures' last
-// pixels.
-void RunPlaneSweep(Context& context, std::mt19937_64& random) {
-  constexpr int kWidth = 19, kHeight = 11;
-  std::vector<uint8_t> before(kWidth * kHeight), now(kWidth * kHeight);
-  for (uint8_t& pixel : before) pixel = static_cast<uint8_t>(random() % 16);
-  for (uint8_t& pixel : now) pixel = static_cast<uint8_t>(random() % 16);
-  for (const int radius : {1, 2, 3}) {
-    PlaneSweepInputs inputs;
-    inputs.first = {before.data(), kWidth, kHeight, 1, kWidth};
-    inputs.second = {now.data(), kWidth, kHeight, 1, kWidth};
-    inputs.grid = {kWidth, kHeight, 1};
-    inputs.homography = {1, 0, 0.9375, 0, 1, 0.9375, 0, 0, 1};
-    inputs.epipole = {-2, -2, 0};
-    inputs.steps = {{0.0f, 1.0f}, {0.25f, 1.125f}, {0.5f, 1.0f}, {1.0f, 0.75f}};
-    inputs.patch_radius = radius;
-    const std::vector<float> flow(inputs.grid.size() * 2, 0.9375f);
-    inputs.flow = {flow.data(), inputs.grid.size(), 2};
-    std::vector<float> actual(inputs.grid.size() * kSweepColumns), expected(actual.size());
-    const MatrixView<float> out(actual.data(), inputs.grid.size(), kSweepColumns);
-    Expect(PlaneSweep(context, inputs, out).ok(), "plane sweep failed");
-    reference::PlaneSweep(inputs, {expected.data(), inputs.grid.size(), kSweepColumns});
-    for (size_t i = 0; i < actual.size(); ++i) {
-      Expect(std::isnan(actual[i]) == std::isnan(expected[i]), "the plane sweep's places differ");
-      if (std::isnan(expected[i])) actual[i] = expected[i] = 0.0f;
-      // Of costs, the relative error.
-      actual[i] /= std::max(1.0f, expected[i]);
-      expected[i] /= std::max(1.0f, expected[i]);
-    }
-    ExpectNear(actual, expected, "plane sweep");
-  }
-}
-
 int Run(const std::string& device) {
   std::mt19937_64 random(1);
   const Inputs inputs(random);
@@ -353,7 +318,6 @@ int Run(const std::string& device) {
     RunRegression(**context, EveryFunction(), inputs);
     if (shape == shapes.front()) RunLinearAlgebra(**context, inputs);  // the same for all
     RunImage(**context, random);
-    RunPlaneSweep(**context, random);
   }
   return failures == 0 ? 0 : 1;
 }

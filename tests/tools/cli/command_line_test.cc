@@ -91,37 +91,6 @@ TEST(CommandLine, HelpListsCommandsAndEndsWithTheExample) {
   EXPECT_EQ(Invoke({"--version"}).out, "egosieve 1.2.3\n");
 }
 
-TEST(CommandLine, AGroupHoldsCommandsBelowOneWord) {
-  const auto invoke = [](std::vector<std::string> arguments) {
-    CommandLine line("egosieve", "Segments.", "1.2.3");
-    line.AddGroup("lab", "For research.");
-    line.Add(std::make_unique<FakeCommand>(ExitCode::kFramesFailed), "lab");
-    std::ostringstream out, err;
-    const int code = line.Run(std::move(arguments), out, err);
-    return Outcome{code, out.str(), err.str()};
-  };
-  const std::string listed =
-      "For research.\n\nUsage: egosieve lab COMMAND ...\n\nCommands:\n  sift  Sifts.\n\n"
-      "egosieve lab COMMAND --help lists a command's flags, with an example.\n";
-  EXPECT_EQ(invoke({"lab", "--help"}).out, listed);
-  EXPECT_EQ(invoke({"lab"}).err, listed);
-  EXPECT_EQ(invoke({"lab"}).code, 2);
-  EXPECT_THAT(invoke({"--help"}).out, HasSubstr("Commands:\n  lab  For research.\n\n"));
-  EXPECT_EQ(invoke({"lab", "sift", "--stride=7"}).code, 4);
-  EXPECT_EQ(FakeCommand::last_stride, 7);
-  EXPECT_THAT(invoke({"lab", "sift", "--help"}).out, HasSubstr("--stride"));
-  EXPECT_EQ(
-      invoke({"lab", "sift", "--strid=3"}).err,
-      "egosieve: unknown flag --strid; did you mean --stride? see egosieve lab sift --help\n");
-  const Outcome slip = invoke({"lab", "shift"});
-  EXPECT_EQ(slip.code, 2);
-  EXPECT_EQ(slip.err,
-            "egosieve: unknown command shift; did you mean sift? see egosieve lab --help\n");
-  EXPECT_EQ(invoke({"sift"}).err, "egosieve: unknown command sift; see egosieve --help\n");
-  EXPECT_EQ(invoke({"lap"}).err,
-            "egosieve: unknown command lap; did you mean lab? see egosieve --help\n");
-}
-
 TEST(CommandLine, VersionEndsWithTheBuild) {
   CommandLine line("egosieve", "", "1.2.3", "commit 1a2b3c");
   std::ostringstream out, err;

@@ -38,7 +38,6 @@ std::vector<std::string> Words(const std::string& text) {
 
 std::vector<std::string> Lines(const std::string& text) { return absl::StrSplit(text, '\n'); }
 
-// Runs a command, "lab compare" for instance.
 ProgramOutcome RunWords(const std::string& command, const std::vector<std::string>& flags) {
   std::vector<std::string> arguments = Words(command);
   arguments.insert(arguments.end(), flags.begin(), flags.end());
@@ -58,11 +57,11 @@ std::vector<std::string> FlagsInHelp(const std::string& command) {
   return flags;
 }
 
-// What the program's help lists, or a group's; nothing for a command.
-std::vector<std::string> Listed(const std::string& group) {
+// All commands, as the program's help lists them.
+std::vector<std::string> Commands() {
   std::vector<std::string> commands;
   bool within = false;
-  for (const std::string& line : Lines(RunWords(group, {"--help"}).out)) {
+  for (const std::string& line : Lines(RunProgram({"--help"}).out)) {
     if (line == "Commands:") {
       within = true;
     } else if (within && line.empty()) {
@@ -70,17 +69,6 @@ std::vector<std::string> Listed(const std::string& group) {
     } else if (within) {
       commands.push_back(Words(line).front());
     }
-  }
-  return commands;
-}
-
-// All commands, those of groups with their group.
-std::vector<std::string> Commands() {
-  std::vector<std::string> commands;
-  for (const std::string& name : Listed("")) {
-    const std::vector<std::string> of_group = Listed(name);
-    if (of_group.empty()) commands.push_back(name);
-    for (const std::string& command : of_group) commands.push_back(name + " " + command);
   }
   return commands;
 }
@@ -106,11 +94,8 @@ class Completion : public testing::Test {
 };
 
 TEST_F(Completion, OfCommands) {
-  EXPECT_THAT(Of("\"\""), IsSupersetOf(Listed("")));
+  EXPECT_THAT(Of("\"\""), IsSupersetOf(Commands()));
   EXPECT_THAT(Of("reco"), ElementsAre("reconstruct"));
-  EXPECT_THAT(Commands(), Contains("lab compare"));
-  EXPECT_THAT(Of("lab \"\""), IsSupersetOf(Listed("lab")));
-  EXPECT_THAT(Of("lab co"), ElementsAre("compare"));
 }
 
 TEST_F(Completion, OfEveryFlagInHelp) {
@@ -131,7 +116,6 @@ TEST_F(Completion, OfAFlagsWords) {
   EXPECT_THAT(Of("segment --model sp"), ElementsAre("sparse"));
   EXPECT_THAT(Of("segment --frame_gap = \"\""), ElementsAre("auto"));
   EXPECT_THAT(Of("masks --for = co"), ElementsAre("colmap", "coco"));
-  EXPECT_THAT(Of("lab compare --model = sp"), ElementsAre("sparse"));
 }
 
 // bash goes on with files.
@@ -155,7 +139,6 @@ TEST(Config, OfEveryCommandIsReadAgain) {
   const std::string path = FreshFolder() + "/config.toml";
   int switches = 0;
   for (const std::string& command : Commands()) {
-    if (command == "lab compare") continue;  // has both of two flags that exclude each other
     const ProgramOutcome printed = RunWords(command, {"--print_config"});
     ASSERT_EQ(printed.code, 0) << command;
     ASSERT_TRUE(WriteFileAtomically(path, printed.out).ok());

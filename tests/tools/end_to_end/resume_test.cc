@@ -248,8 +248,8 @@ TEST_F(Resume, OfAnyModelAndMode) {
   }
 }
 
-// On a drive whose parallax changes, so that the gap does, too: what chose it, and the pictures
-// that it reaches back to, come back with the checkpoint.
+// On a drive whose focal length is learnt on the way, so that the gap changes: what chose it, and
+// the pictures that it reaches back to, come back with the checkpoint.
 TEST_F(Resume, WithTheFrameGapThatItChose) {
   fs::remove_all(root_ + "/frames");
   ASSERT_EQ(
@@ -259,27 +259,25 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
       0);
   fs::rename(root_ + "/street/frames", root_ + "/frames");
   ASSERT_EQ(
-      RunProgram(Arguments(whole_, {"--frame_gap=auto", "--motion_model=auto", "--overwrite"}))
-          .code,
+      RunProgram(Arguments(whole_, {"--frame_gap=auto", "--no_first_pass", "--overwrite"})).code,
       0);
   const std::vector<FrameLine> lines = *RunFolder::Open(whole_)->ReadLines();
   ASSERT_EQ(lines.size(), static_cast<size_t>(kFrames));
   std::set<int64_t> late_gaps;
-  for (size_t i = 9; i < lines.size(); ++i) late_gaps.insert(lines[i].frame_gap);
+  for (size_t i = 6; i < lines.size(); ++i) late_gaps.insert(lines[i].frame_gap);
   ASSERT_GE(late_gaps.size(), 2u) << "the gap stays, and shows nothing";
   const auto resume = [&] {
-    EXPECT_EQ(
-        RunProgram(Arguments(run_, {"--frame_gap=auto", "--motion_model=auto", "--resume"})).code,
-        0);
+    EXPECT_EQ(RunProgram(Arguments(run_, {"--frame_gap=auto", "--no_first_pass", "--resume"})).code,
+              0);
     return CompareRuns(whole_, run_);
   };
-  for (const int frame : {12, 14, 17}) {
+  for (const int frame : {8, 12, 17}) {
     LeaveWholeAsKilledBefore(frame);
     EXPECT_EQ(resume(), "") << "cut before frame " << frame;
   }
   for (const int signal : {SIGKILL, SIGTERM}) {
     const int code =
-        StartAndSend(signal, Arguments(run_, {"--frame_gap=auto", "--motion_model=auto"}), 9, 0);
+        StartAndSend(signal, Arguments(run_, {"--frame_gap=auto", "--no_first_pass"}), 9, 0);
     EXPECT_EQ(code, signal == SIGKILL ? 128 + SIGKILL : 130);
     EXPECT_EQ(resume(), "") << "signal " << signal;
   }
@@ -350,7 +348,7 @@ TEST_F(Resume, OnAnotherDeviceWhereThatIsAllowed) {
 TEST_F(Resume, OneProgramAtATime) {
   const absl::StatusOr<FolderLock> lock = FolderLock::Take(whole_);
   ASSERT_TRUE(lock.ok()) << lock.status();
-  for (const char* flag : {"--resume", "--overwrite", "--method=homography_flow"}) {
+  for (const char* flag : {"--resume", "--overwrite"}) {
     const ProgramOutcome outcome = RunProgram(Arguments(whole_, {flag}));
     EXPECT_EQ(outcome.code, 2) << flag;
     EXPECT_THAT(outcome.err, HasSubstr("another program is writing into " + whole_)) << flag;

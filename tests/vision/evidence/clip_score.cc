@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "kernels/base/status_macros.h"
-#include "vision/geometry/ransac.h"
+#include "vision/paper/ransac.h"
 
 namespace egosieve::vision {
 namespace {

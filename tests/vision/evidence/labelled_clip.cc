@@ -9,12 +9,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
-#include "vision/features/feature_extractor.h"
-#include "vision/matching/feature_matcher.h"
-#include "vision/tracking/feature_tracker.h"
+#include "vision/paper/feature_extractor.h"
+#include "vision/paper/feature_matcher.h"
 
 namespace egosieve::vision {
 namespace {
+
+constexpr int kThreads = 2;
 
 struct LabelledTrack {
   int label = 0;
@@ -55,31 +56,41 @@ void AddLabelled(const std::map<int, LabelledTrack>& tracks, int index,
   }
 }
 
+// One track per feature: that of its match, or a new one.
+std::vector<Track> Chained(const std::vector<Track>& before, const FeatureSet& features,
+                           const std::vector<Match>& matches, int64_t& next_id) {
+  std::vector<Track> tracks(features.size());
+  for (const Match& match : matches) {
+    tracks[match.second] = before[match.first].Continued(features.positions[match.second]);
+  }
+  for (int64_t i = 0; i < features.size(); ++i) {
+    if (tracks[i].length > 0) continue;
+    tracks[i].id = next_id++;
+    tracks[i].length = 1;
+    tracks[i].places[0] = features.positions[i];
+  }
+  return tracks;
+}
+
 }  // namespace
 
-absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory, int max_frames,
-                                              int64_t features_wanted) {
+absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory, int max_frames) {
   EGOSIEVE_ASSIGN_OR_RETURN(const auto tracks, ReadTracks(directory + "/tracks.csv"));
-  EGOSIEVE_ASSIGN_OR_RETURN(FeatureTracker tracker, FeatureTracker::Create({}));
   LabelledClip clip;
   clip.name = directory.substr(directory.find_last_of('/') + 1);
   FeatureSet previous;
-  FeatureOptions options;
-  options.count = features_wanted;
+  int64_t next_id = 0;
   for (int index = 1; index <= max_frames; ++index) {
     char name[32];
     std::snprintf(name, sizeof(name), "/frames/%06d.png", index);
     const cv::Mat grey = cv::imread(directory + name, cv::IMREAD_GRAYSCALE);
     if (grey.empty()) break;
     clip.size = grey.size();
-    EGOSIEVE_ASSIGN_OR_RETURN(FeatureSet features, ExtractFeatures(grey, options));
-    std::vector<Match> matches;
-    if (index > 1) {
-      EGOSIEVE_ASSIGN_OR_RETURN(matches, MatchFeatures(previous, features, MatchOptions()));
-    }
-    EGOSIEVE_RETURN_IF_ERROR(tracker.Advance(index, features, matches));
+    EGOSIEVE_ASSIGN_OR_RETURN(FeatureSet features, ExtractFeatures(grey, kThreads));
     LabelledClip::Frame frame;
-    frame.features = tracker.tracks();
+    frame.features =
+        Chained(clip.frames.empty() ? std::vector<Track>() : clip.frames.back().features, features,
+                MatchFeatures(previous, features, kThreads), next_id);
     AddLabelled(tracks, index, frame);
     clip.frames.push_back(std::move(frame));
     previous = std::move(features);

@@ -16,7 +16,7 @@ namespace egosieve::vision {
 
 struct LabelledClip {
   struct Frame {
-    std::vector<Track> features;  // of the library's tracker
+    std::vector<Track> features;  // SIFT and corners, chained by their matches
     std::vector<Track> labelled;  // ids as in the file
     std::vector<bool> moving;     // one a labelled track
   };
@@ -27,8 +27,7 @@ struct LabelledClip {
 
 // directory/{frames/%06d.png, tracks.csv}; the first `max_frames`, `features` asked for in each (0:
 // by the image's area).
-absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory, int max_frames = 1000,
-                                              int64_t features = 0);
+absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory, int max_frames = 1000);
 
 // Area under the ROC curve of positives above negatives, ties counting half; 0.5 without either.
 double AreaUnderCurve(const std::vector<double>& positives, const std::vector<double>& negatives);

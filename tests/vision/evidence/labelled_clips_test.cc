@@ -20,11 +20,9 @@ TEST(LabelledClips, AllEvidenceTellsMoversFromTheRest) {
   const char* data = std::getenv("EGOSIEVE_DATA");
   if (data == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA does not name the folder of the test data";
   constexpr int kGap = 2, kFrames = 11;
-  constexpr int64_t kFeatures = 3500;
   double mean = 0.0, mean_epipolar = 0.0, calibration = 0.0;
   for (const char* name : {"Seq005_Clip01", "Seq013_Clip02", "Seq028_Clip01"}) {
-    const auto clip =
-        LoadLabelledClip(std::string(data) + "/kt3dmoseg/" + name, kFrames, kFeatures);
+    const auto clip = LoadLabelledClip(std::string(data) + "/kt3dmoseg/" + name, kFrames);
     ASSERT_TRUE(clip.ok()) << clip.status();
     const auto motions = FundamentalsOf(*clip, kGap);
     ASSERT_TRUE(motions.ok()) << motions.status();

@@ -14,6 +14,7 @@
 #include "vision/features/flow_grid.h"
 #include "vision/frame/frame_source.h"
 #include "vision/labelling/frame_labeller.h"
+#include "vision/segmentation/labeller_factory.h"
 #include "vision/tracking/grid_tracker.h"
 
 namespace egosieve::vision {
@@ -51,7 +52,7 @@ double AreaAgainst(const cv::Mat& mask, const EvidenceFrame& frame, const Eviden
 }
 
 absl::StatusOr<MaskScore> ScoreSequence(const std::string& folder) {
-  EGOSIEVE_ASSIGN_OR_RETURN(auto labeller, FrameLabeller::Create(FrameLabellerOptions()));
+  EGOSIEVE_ASSIGN_OR_RETURN(auto labeller, MakeFrameLabeller(FrameLabellerOptions()));
   EGOSIEVE_ASSIGN_OR_RETURN(auto source, OpenFrameSource(folder + "/frames"));
   EGOSIEVE_ASSIGN_OR_RETURN(auto masks, OpenFrameSource(folder + "/masks"));
   EGOSIEVE_ASSIGN_OR_RETURN(GridTracker tracker, GridTracker::Create({}));

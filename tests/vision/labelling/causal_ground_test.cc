@@ -21,7 +21,6 @@ TEST(CausalGround, ItsSpeedIsThatOfTheCamera) {
   FrameLabellerOptions options;
   options.threads = 1;
   options.frame_gap = 0;  // by parallax
-  options.motion_model = MotionModelChoice::kCalibrated;
   options.focal_ratio = scenario.intrinsics().focal_pixels / scenario.options().width_pixels;
   options.travel.direction = (from.rotation.transpose() * (from.centre - to.centre)).normalized();
   options.travel.concentration = 400.0;

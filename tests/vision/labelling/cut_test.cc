@@ -84,8 +84,7 @@ Clip ReadClip(const std::string& folder, const std::string& input, int most) {
 
 // Both clips of kPictures.
 void ExpectCut(const Clip& before, const Clip& after, const FrameLabellerOptions& options) {
-  SCOPED_TRACE(absl::StrCat(before.name, " -> ", after.name, ", features ",
-                            static_cast<int>(options.features)));
+  SCOPED_TRACE(absl::StrCat(before.name, " -> ", after.name, options.is_paper ? ", paper" : ""));
   ASSERT_EQ(before.images.size(), static_cast<size_t>(kPictures));
   ASSERT_EQ(after.images.size(), static_cast<size_t>(kPictures));
   const auto labeller = MakeLabeller(options);
@@ -115,20 +114,12 @@ void ExpectCutsBetweenAll(const std::vector<Clip>& clips, const FrameLabellerOpt
   }
 }
 
-FrameLabellerOptions With(FeatureSource features) {
-  FrameLabellerOptions options;
-  options.features = features;
-  return options;
-}
-
 TEST(Cut, SmoothTexturesAreToldApart) {
   for (const double sigma : {2.0, 3.0, 6.0, 11.0}) {
     for (uint64_t seed = 1; seed < 5; seed += 2) {
       const Clip one = SmoothClip(sigma, seed), other = SmoothClip(sigma, seed + 1);
-      for (const FeatureSource features : {FeatureSource::kAuto, FeatureSource::kFlow}) {
-        ExpectCut(one, other, With(features));
-        ExpectCut(other, one, With(features));
-      }
+      ExpectCut(one, other, {});
+      ExpectCut(other, one, {});
     }
   }
 }
@@ -136,12 +127,11 @@ TEST(Cut, SmoothTexturesAreToldApart) {
 TEST(Cut, SyntheticStreets) {
   const std::vector<Clip> clips = {StreetClip("street", 3), StreetClip("crossing", 4),
                                    SmoothClip(4.0, 9)};
-  for (const FeatureSource features : {FeatureSource::kAuto, FeatureSource::kSiftCorners}) {
-    ExpectCutsBetweenAll(clips, With(features));
-  }
+  ExpectCutsBetweenAll(clips, {});
   FrameLabellerOptions epipolar;
   epipolar.evidence = EvidenceTerms::EpipolarAlone();
   ExpectCutsBetweenAll(clips, epipolar);
+  ExpectCutsBetweenAll(clips, FrameLabellerOptions::Paper());
 }
 
 // One car, two streets: the bonnet below, a fifth of the picture and full of texture, goes on.
@@ -154,9 +144,10 @@ TEST(Cut, ABonnetThatGoesOnDoesNotHideIt) {
       bonnet.copyTo(image.rowRange(size.height - bonnet.rows, size.height));
     }
   }
-  for (const FeatureSource features : {FeatureSource::kAuto, FeatureSource::kSiftCorners}) {
-    ExpectCut(one, other, With(features));
-    ExpectCut(other, one, With(features));
+  for (const FrameLabellerOptions& options :
+       {FrameLabellerOptions(), FrameLabellerOptions::Paper()}) {
+    ExpectCut(one, other, options);
+    ExpectCut(other, one, options);
   }
 }
 
@@ -188,11 +179,9 @@ TEST(Cut, RealVideosJoined) {
     for (size_t j = 0; j < i; ++j) {
       if (join++ % kJoinStep != 0) continue;
       ExpectCut(clips[i], clips[j], {});
-      ExpectCut(clips[j], clips[i], With(FeatureSource::kSiftCorners));
+      ExpectCut(clips[j], clips[i], FrameLabellerOptions::Paper());
 #ifdef EGOSIEVE_EVERY_FRAME
       ExpectCut(clips[j], clips[i], {});
-      ExpectCut(clips[i], clips[j], With(FeatureSource::kFlow));
-      ExpectCut(clips[j], clips[i], With(FeatureSource::kFlow));
 #endif
     }
   }
@@ -203,21 +192,12 @@ TEST(Cut, RealVideosHaveNone) {
   if (folder == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA does not name a folder of real data";
   for (const char* input : kInputs) {
     const Clip clip = ReadClip(folder, input, kFramesOfAnInput);
-    for (const FeatureSource features : {
-             FeatureSource::kAuto,
-#ifdef EGOSIEVE_EVERY_FRAME
-             FeatureSource::kFlow,
-             FeatureSource::kSiftCorners,
-#endif
-         }) {
-      const auto labeller = MakeLabeller(With(features));
-      for (size_t t = 0; t < clip.images.size(); ++t) {
-        const auto frame = labeller->Process(FrameOf(static_cast<int64_t>(t), clip.images[t]));
-        ASSERT_TRUE(frame.ok()) << frame.status();
-        EXPECT_EQ(frame->outcome, t == 0 ? LabelOutcome::kNoPair : LabelOutcome::kLabelled)
-            << input << ", features " << static_cast<int>(features) << ", frame " << t << ": "
-            << frame->reason;
-      }
+    const auto labeller = MakeLabeller({});
+    for (size_t t = 0; t < clip.images.size(); ++t) {
+      const auto frame = labeller->Process(FrameOf(static_cast<int64_t>(t), clip.images[t]));
+      ASSERT_TRUE(frame.ok()) << frame.status();
+      EXPECT_EQ(frame->outcome, t == 0 ? LabelOutcome::kNoPair : LabelOutcome::kLabelled)
+          << input << ", frame " << t << ": " << frame->reason;
     }
   }
 }

@@ -14,6 +14,7 @@
 #include "tests/vision/labelling/same_labels.h"
 #include "vision/frame/frame_source.h"
 #include "vision/labelling/frame_labeller.h"
+#include "vision/segmentation/labeller_factory.h"
 
 namespace egosieve::vision {
 namespace {
@@ -37,7 +38,7 @@ int64_t CompareThreads(const std::string& input, FrameLabellerOptions options) {
   std::vector<std::unique_ptr<FrameLabeller>> labellers;
   for (const int threads : kThreads) {
     options.threads = threads;
-    labellers.push_back(*FrameLabeller::Create(options));
+    labellers.push_back(*MakeFrameLabeller(options));
   }
   auto source = OpenFrameSource(input);
   EXPECT_TRUE(source.ok()) << source.status();
@@ -72,10 +73,8 @@ TEST(Determinism, SameBytesForOneTwoAndFourThreads) {
   if (folder == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA does not name a folder of real data";
   const int pool = cv::getNumThreads();
   for (const char* input : kInputs) {
-    FrameLabellerOptions both;
-    both.features = FeatureSource::kBoth;
     int64_t frames = 0;
-    for (const auto& options : {FrameLabellerOptions(), FrameLabellerOptions::Paper(), both}) {
+    for (const auto& options : {FrameLabellerOptions(), FrameLabellerOptions::Paper()}) {
       frames = CompareThreads(std::string(folder) + "/" + input, options);
       EXPECT_GE(frames, 3) << input;
     }

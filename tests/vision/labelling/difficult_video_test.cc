@@ -18,6 +18,7 @@
 #include "tests/vision/labelling/feature_evaluation.h"
 #include "vision/frame/frame_source.h"
 #include "vision/labelling/frame_labeller.h"
+#include "vision/segmentation/labeller_factory.h"
 
 namespace egosieve::vision {
 namespace {
@@ -89,7 +90,7 @@ class DifficultVideo : public ::testing::Test {
     std::vector<LabelledFrame> frames;
     auto source = OpenFrameSource(path);
     EXPECT_TRUE(source.ok()) << source.status();
-    auto labeller = *FrameLabeller::Create({});
+    auto labeller = *MakeFrameLabeller({});
     while (source.ok()) {
       const auto read = (*source)->Next();
       EXPECT_TRUE(read.ok()) << read.status();

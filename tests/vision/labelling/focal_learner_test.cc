@@ -16,6 +16,7 @@
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/labelling/labeller_state.h"
+#include "vision/segmentation/labeller_factory.h"
 
 namespace egosieve::vision {
 namespace {
@@ -147,7 +148,7 @@ std::unique_ptr<FrameLabeller> OnlineLabeller(int labelling_size = 0) {
   options.learns_focal_ratio = true;
   options.frame_gap = 0;
   options.longest_side_pixels = labelling_size;
-  return *FrameLabeller::Create(options);
+  return *MakeFrameLabeller(options);
 }
 
 TEST(FocalLearner, TheLabellerIsCalibratedFromThenOn) {
@@ -161,7 +162,7 @@ TEST(FocalLearner, TheLabellerIsCalibratedFromThenOn) {
   }
   EXPECT_TRUE(is_known);
   // Not where nobody asks for it.
-  const auto selected = *FrameLabeller::Create({});
+  const auto selected = *MakeFrameLabeller({});
   for (int k = 0; k < 10; ++k) EXPECT_FALSE(selected->Process(TurningFrames()[k])->step.known);
 }
 
@@ -235,7 +236,7 @@ TEST(FocalLearner, ADamagedStateIsRefused) {
 
 TEST(FocalLearner, AStateOfAnotherKindIsRefused) {
   const auto online = OnlineLabeller();
-  const auto selected = *FrameLabeller::Create({});
+  const auto selected = *MakeFrameLabeller({});
   EXPECT_FALSE(selected->Restore(online->state()).ok());
   EXPECT_FALSE(online->Restore(selected->state()).ok());
 }

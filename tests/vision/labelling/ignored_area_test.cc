@@ -8,6 +8,7 @@
 
 #include "tests/vision/labelling/street_drive.h"
 #include "vision/labelling/frame_labeller.h"
+#include "vision/segmentation/labeller_factory.h"
 
 namespace egosieve::vision {
 namespace {
@@ -23,7 +24,7 @@ LabelledFrame LabelsOf(bool ignores) {
     options.ignored = cv::Mat1b::zeros(240, 400);
     options.ignored(cv::Rect(0, kTop, 400, 240 - kTop)) = 255;
   }
-  const std::unique_ptr<FrameLabeller> labeller = *FrameLabeller::Create(options);
+  const std::unique_ptr<FrameLabeller> labeller = *MakeFrameLabeller(options);
   const std::vector<DrivePicture> pictures = PicturesOf(scenario, 57, 4);
   const cv::Mat dashboard = pictures[0].frame.image(cv::Rect(0, 60, 400, 240 - kTop)).clone();
   LabelledFrame labels;
@@ -63,7 +64,7 @@ TEST(Windscreen, HasNoLabels) {
   options.focal_ratio = scenario.intrinsics().focal_pixels / scenario.options().width_pixels;
   const cv::Rect reflection(100, 80, 120, 90);
   const auto count_in = [&](const FrameLabellerOptions& with) {
-    const std::unique_ptr<FrameLabeller> labeller = *FrameLabeller::Create(with);
+    const std::unique_ptr<FrameLabeller> labeller = *MakeFrameLabeller(with);
     LabelledFrame labels;
     for (const DrivePicture& picture : PicturesOf(scenario, 57, 4)) {
       labels = *labeller->Process(picture.frame);

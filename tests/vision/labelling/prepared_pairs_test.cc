@@ -10,6 +10,7 @@
 #include "tests/vision/labelling/street_drive.h"
 #include "vision/labelling/flow_cache.h"
 #include "vision/labelling/frame_labeller.h"
+#include "vision/segmentation/labeller_factory.h"
 
 namespace egosieve::vision {
 namespace {
@@ -40,11 +41,11 @@ std::vector<LabelledFrame> LabelAll(FrameLabeller& labeller, const Pictures& pic
 TEST(PreparedPairs, GiveTheSameLabelsBesideThemAndBefore) {
   FrameLabellerOptions options;
   options.focal_ratio = 0.65;
-  const auto alone = *FrameLabeller::Create(options);
+  const auto alone = *MakeFrameLabeller(options);
   const Pictures pictures = Extracted(*alone, 7);
   const std::vector<LabelledFrame> expected = LabelAll(*alone, pictures);
   for (const bool before : {true, false}) {
-    const auto labeller = *FrameLabeller::Create(options);
+    const auto labeller = *MakeFrameLabeller(options);
     std::thread other([&] {
       for (size_t t = 1; t < pictures.size(); ++t) {
         EXPECT_TRUE(labeller->Prepare(*pictures[t - 1], *pictures[t]).ok());
@@ -69,7 +70,7 @@ TEST(PreparedPairs, GiveTheSameLabelsBesideThemAndBefore) {
 }
 
 TEST(FlowCache, ComputesEachFlowOnceForAllThreads) {
-  const auto labeller = *FrameLabeller::Create({});
+  const auto labeller = *MakeFrameLabeller({});
   const Pictures pictures = Extracted(*labeller, 3);
   FlowCache cache({});
   std::vector<std::shared_ptr<const FlowPair>> flows(4);

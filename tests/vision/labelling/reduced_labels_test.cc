@@ -11,6 +11,7 @@
 
 #include "tests/vision/labelling/street_drive.h"
 #include "vision/labelling/frame_labeller.h"
+#include "vision/segmentation/labeller_factory.h"
 
 namespace egosieve::vision {
 namespace {
@@ -68,7 +69,7 @@ TEST(ReducedLabels, CoverTheWholePicture) {
   int64_t whole_size = 0;
   for (const int side : {0, kSide}) {
     options.longest_side_pixels = side;
-    const std::unique_ptr<FrameLabeller> labeller = *FrameLabeller::Create(options);
+    const std::unique_ptr<FrameLabeller> labeller = *MakeFrameLabeller(options);
     LabelledFrame labels;
     for (const DrivePicture& picture : PicturesOf(scenario, 57, 4)) {
       labels = *labeller->Process(picture.frame);

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "vision/labelling/frame_labeller.h"
+#include "vision/segmentation/labeller_factory.h"
 
 namespace egosieve::vision {
 namespace {
@@ -28,11 +29,9 @@ Frame SlidingNoise(int64_t index) {
 }
 
 TEST(StageTimes, EveryStageThatRanHasOne) {
-  for (const FeatureSource source :
-       {FeatureSource::kSiftCorners, FeatureSource::kFlow, FeatureSource::kBoth}) {
-    FrameLabellerOptions options;
-    options.features = source;
-    auto labeller = *FrameLabeller::Create(options);
+  for (const FrameLabellerOptions& options :
+       {FrameLabellerOptions(), FrameLabellerOptions::Paper()}) {
+    auto labeller = *MakeFrameLabeller(options);
     for (int64_t index = 0; index < 3; ++index) {
       const Frame frame = SlidingNoise(index);
       // Features are computed ahead of the labels, as in a drive.
@@ -46,8 +45,8 @@ TEST(StageTimes, EveryStageThatRanHasOne) {
       EXPECT_EQ(labelled->outcome, LabelOutcome::kLabelled) << labelled->reason;
       const LabellingTimes& times = labelled->times;
       EXPECT_GT(times.equalization_milliseconds, 0.0);
-      EXPECT_GT(times.features_milliseconds, 0.0) << static_cast<int>(source);
-      EXPECT_GT(times.matching_milliseconds, 0.0) << static_cast<int>(source);
+      EXPECT_GT(times.features_milliseconds, 0.0) << options.is_paper;
+      EXPECT_GT(times.matching_milliseconds, 0.0) << options.is_paper;
       EXPECT_GT(times.geometry_milliseconds, 0.0);
       EXPECT_GT(times.labelling_milliseconds, 0.0);
       // Stages follow each other: counted twice, or in another unit, they would exceed the call. Of
@@ -56,7 +55,7 @@ TEST(StageTimes, EveryStageThatRanHasOne) {
                          times.matching_milliseconds + times.geometry_milliseconds +
                          times.labelling_milliseconds;
       EXPECT_LE(sum, whole.count());
-      EXPECT_GE(sum, 0.5 * whole.count()) << static_cast<int>(source);
+      EXPECT_GE(sum, 0.5 * whole.count()) << options.is_paper;
     }
   }
 }

@@ -79,16 +79,13 @@ std::vector<HardPair> StressCases() {
 TEST(Stress, GivesADefinedOutcomeAndTheDriveGoesOn) {
   for (const FrameLabellerOptions& options : EveryKindOfOptions()) {
     for (const HardPair& stress : StressCases()) {
-      SCOPED_TRACE(::testing::Message()
-                   << stress.name << ", features " << static_cast<int>(options.features)
-                   << ", rule " << static_cast<int>(options.label_rule));
+      SCOPED_TRACE(::testing::Message() << stress.name << (options.is_paper ? ", paper" : ""));
       auto labeller = MakeLabeller(options);
       ASSERT_TRUE(labeller->Process(FrameOf(0, stress.image(0))).ok());
       const auto labelled = labeller->Process(FrameOf(1, stress.image(1)));
       ASSERT_TRUE(labelled.ok()) << labelled.status();
       ExpectWellFormed(*labelled);
-      const bool is_flow_free = options.features == FeatureSource::kSiftCorners;
-      if (!is_flow_free || labelled->outcome != LabelOutcome::kTooFewFeatures) {
+      if (!options.is_paper || labelled->outcome != LabelOutcome::kTooFewFeatures) {
         EXPECT_THAT(stress.allowed, ::testing::Contains(labelled->outcome))
             << Name(labelled->outcome) << ": " << labelled->reason;
       }

@@ -6,6 +6,8 @@
 #include <random>
 #include <utility>
 
+#include "vision/segmentation/labeller_factory.h"
+
 namespace egosieve::vision {
 
 cv::Mat Texture(int width, int height, uint64_t seed) {
@@ -53,28 +55,13 @@ Frame FrameOf(int64_t index, const cv::Mat& image) {
 }
 
 std::vector<FrameLabellerOptions> EveryKindOfOptions() {
-  std::vector<FrameLabellerOptions> all;
-  for (const FeatureSource features : {FeatureSource::kSiftCorners, FeatureSource::kFlow,
-                                       FeatureSource::kBoth, FeatureSource::kAuto}) {
-    for (const LabelRule rule :
-         {LabelRule::kScaledDistance, LabelRule::kScaledMedian, LabelRule::kMixture}) {
-      for (const MotionModelChoice model :
-           {MotionModelChoice::kAuto, MotionModelChoice::kFundamental}) {
-        if (model == MotionModelChoice::kFundamental && rule != LabelRule::kScaledMedian) continue;
-        FrameLabellerOptions options;
-        options.features = features;
-        options.label_rule = rule;
-        options.motion_model = model;
-        all.push_back(options);
-      }
-    }
-  }
-  all.push_back(FrameLabellerOptions::Paper());
-  return all;
+  FrameLabellerOptions epipolar;
+  epipolar.evidence = EvidenceTerms::EpipolarAlone();
+  return {FrameLabellerOptions(), epipolar, FrameLabellerOptions::Paper()};
 }
 
 std::unique_ptr<FrameLabeller> MakeLabeller(const FrameLabellerOptions& options) {
-  auto labeller = FrameLabeller::Create(options);
+  auto labeller = MakeFrameLabeller(options);
   EXPECT_TRUE(labeller.ok()) << labeller.status();
   return *std::move(labeller);
 }

@@ -25,7 +25,7 @@ cv::Mat WallMask(int64_t index);
 
 Frame FrameOf(int64_t index, const cv::Mat& image);
 
-// Every source of features with every label rule, the fundamental matrix, and the paper's profile.
+// The default, its epipolar term alone, and the paper's front end.
 std::vector<FrameLabellerOptions> EveryKindOfOptions();
 
 std::unique_ptr<FrameLabeller> MakeLabeller(const FrameLabellerOptions& options);

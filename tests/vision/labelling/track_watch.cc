@@ -41,19 +41,13 @@ void TrackWatch::Check(const LabelledFrame& labels, const LabellerState& state,
   const EvidenceLabellerState& evidence = state.evidence;
   const cv::Size size = labels.labelled.image.size();
   CheckTracks(evidence.grid.tracks, evidence.grid.next_id, size, grid_);
-  CheckTracks(evidence.features.tracks, evidence.features.next_id, size, features_);
 
   const size_t nodes = static_cast<size_t>(size.width / options.flow_stride_pixels + 1) *
                        (size.height / options.flow_stride_pixels + 1);
   EXPECT_LE(evidence.grid.tracks.size(), nodes);
-  if (goes_on) {
-    EXPECT_LE(evidence.features.tracks.size(), static_cast<size_t>(labels.feature_count));
-  }
-  EXPECT_LE(evidence.evidence.memories.size(),
-            evidence.grid.tracks.size() + evidence.features.tracks.size());
+  EXPECT_LE(evidence.evidence.memories.size(), evidence.grid.tracks.size());
   for (const auto& memory : evidence.evidence.memories) {
-    const Ids& ids = memory.track_id % 2 == 0 ? grid_ : features_;
-    ASSERT_TRUE(ids.last.contains(memory.track_id / 2)) << "evidence of a track that is gone";
+    ASSERT_TRUE(grid_.last.contains(memory.track_id)) << "evidence of a track that is gone";
   }
   constexpr size_t kMostGap = FrameLabellerOptions::kLongestAutoGap;
   EXPECT_LE(evidence.evidence.poses.size(), kMostGap + 1);
@@ -65,7 +59,6 @@ void TrackWatch::Check(const LabelledFrame& labels, const LabellerState& state,
   }
   if (!goes_on) {
     EXPECT_TRUE(evidence.grid.tracks.empty());
-    EXPECT_TRUE(evidence.features.tracks.empty());
     EXPECT_TRUE(evidence.evidence.memories.empty());
     EXPECT_TRUE(evidence.evidence.poses.empty());
     EXPECT_TRUE(evidence.evidence.own_vehicle.images.empty());

@@ -32,7 +32,7 @@ class TrackWatch {
   };
   void CheckTracks(const std::vector<Track>& tracks, int64_t next_id, cv::Size size, Ids& ids);
 
-  Ids grid_, features_;
+  Ids grid_;
   int64_t pictures_ = 0;  // in a row, since the last frame that nothing leads to
   int64_t begin_ = 0;     // that frame
 };

@@ -39,7 +39,6 @@ TEST(OutOfMemory, IsAnErrorWhicheverAllocationFails) {
 #endif
   const MovingSquare drive;
   auto options = OnlineSegmenterOptions::Default();
-  options.labeller.feature_count = 800;
   options.learner.training.annealing_evaluations = 20;
   auto context = kernels::OpenContext();
   ASSERT_TRUE(context.ok()) << context.status();

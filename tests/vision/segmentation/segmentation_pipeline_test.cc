@@ -52,7 +52,6 @@ std::unique_ptr<OnlineSegmenter> MakeSegmenter(ModelKind kind = ModelKind::kExac
   OnlineSegmenterOptions options = OnlineSegmenterOptions::Default();
   options.learner.model.kind = kind;
   options.learner.model.sparse.inducing_points = 60;
-  options.labeller.feature_count = 500;
   options.labeller.focal_ratio = 0.9;  // labels rest on the pictures ahead, too
   options.learner.training.annealing_evaluations = 10;
   // Points leave and the factor is never rebuilt for training's sake: its bits carry its history.
@@ -90,11 +89,8 @@ DriveRun RunDrive(FrameSource& source, const PipelineOptions& options,
 // One frame after the other, the stages' times are parts of the whole: work that two of them told
 // would make the sum the greater.
 TEST(SegmentationPipelineTest, StagesTellTheirWorkOnce) {
-  for (const FeatureSource features :
-       {FeatureSource::kSiftCorners, FeatureSource::kFlow, FeatureSource::kBoth}) {
-    OnlineSegmenterOptions options = OnlineSegmenterOptions::Default();
-    options.labeller.features = features;
-    options.labeller.feature_count = 3000;
+  for (OnlineSegmenterOptions options :
+       {OnlineSegmenterOptions::Default(), OnlineSegmenterOptions::Paper()}) {
     options.learner.budget.budget = 50;
     options.stride_pixels = 20;
     auto segmenter = *OnlineSegmenter::Create(*kernels::OpenContext(), options);
@@ -112,7 +108,7 @@ TEST(SegmentationPipelineTest, StagesTellTheirWorkOnce) {
           });
       ASSERT_TRUE(summary.ok()) << summary.status();
     }
-    EXPECT_LE(told, whole) << static_cast<int>(features);
+    EXPECT_LE(told, whole) << options.labeller.is_paper;
   }
 }
 

@@ -45,15 +45,5 @@ TEST(InterpolatedMedian, IsTheMeanOfTheTwoInTheMiddle) {
   EXPECT_EQ(InterpolatedMedian({4.0, 1.0, 16.0, 2.0}), 3.0);
 }
 
-TEST(InterpolatedQuantile, IsLinearBetweenTheValues) {
-  const std::vector<double> sorted = {1.0, 2.0, 4.0, 8.0, 16.0};
-  EXPECT_EQ(InterpolatedQuantile(sorted, 0.0), 1.0);
-  EXPECT_EQ(InterpolatedQuantile(sorted, 0.125), 1.5);  // place 0.5
-  EXPECT_EQ(InterpolatedQuantile(sorted, 0.5), 4.0);
-  EXPECT_EQ(InterpolatedQuantile(sorted, 0.8125), 10.0);  // place 3.25
-  EXPECT_EQ(InterpolatedQuantile(sorted, 1.0), 16.0);
-  EXPECT_EQ(InterpolatedQuantile({6.0}, 0.3), 6.0);
-}
-
 }  // namespace
 }  // namespace egosieve::vision

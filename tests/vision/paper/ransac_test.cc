@@ -1,0 +1,116 @@
+#include "vision/paper/ransac.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "tests/vision/geometry/synthetic_pairs.h"
+#include "vision/geometry/residual.h"
+
+namespace egosieve::vision {
+namespace {
+
+using testing::CameraMotion;
+using testing::MakeSyntheticPairs;
+using testing::SyntheticOptions;
+using testing::SyntheticPairs;
+
+// Root mean square residual over the static pairs.
+template <typename Distance>
+double StaticRms(const SyntheticPairs& scene, const Eigen::Matrix3d& matrix, Distance distance) {
+  double sum = 0.0, n = 0.0;
+  for (size_t i = 0; i < scene.pairs.size(); ++i) {
+    if (scene.is_mover[i]) continue;
+    const double d = distance(matrix, scene.pairs[i]);
+    sum += d * d;
+    n += 1.0;
+  }
+  return std::sqrt(sum / n);
+}
+
+TEST(EstimateFundamental, FitsTheStaticWorldAsWellAsTheTruth) {
+  for (const CameraMotion motion : {CameraMotion::kForward, CameraMotion::kSideways}) {
+    for (int seed = 1; seed <= 10; ++seed) {
+      SyntheticOptions options;
+      options.motion = motion;
+      options.mover_share = 0.2;
+      options.outlier_share = 0.2;
+      options.noise_pixels = 0.3;
+      options.seed = seed;
+      const SyntheticPairs scene = MakeSyntheticPairs(options);
+      RansacOptions ransac;
+      ransac.seed = seed;
+      const auto result = EstimateFundamental(scene.pairs, ransac);
+      ASSERT_TRUE(result.ok()) << result.status();
+      const double truth = StaticRms(scene, scene.fundamental, SampsonDistance);
+      EXPECT_NEAR(truth, 0.3, 0.03) << "the test's own scene";
+      EXPECT_LT(StaticRms(scene, result->matrix, SampsonDistance), 1.15 * truth) << seed;
+      EXPECT_LT(std::abs(result->matrix.determinant()), 1e-12);
+    }
+  }
+}
+
+TEST(EstimateHomography, FitsAsWellAsTheTruth) {
+  for (const CameraMotion motion : {CameraMotion::kRotation, CameraMotion::kPlanar}) {
+    for (int seed = 1; seed <= 10; ++seed) {
+      SyntheticOptions options;
+      options.motion = motion;
+      options.mover_share = 0.2;
+      options.outlier_share = 0.3;
+      options.noise_pixels = 0.3;
+      options.seed = seed;
+      const SyntheticPairs scene = MakeSyntheticPairs(options);
+      RansacOptions ransac;
+      ransac.seed = seed;
+      const auto result = EstimateHomography(scene.pairs, ransac);
+      ASSERT_TRUE(result.ok()) << result.status();
+      EXPECT_LT(StaticRms(scene, result->matrix, TransferDistance),
+                1.05 * StaticRms(scene, scene.homography, TransferDistance))
+          << seed;
+    }
+  }
+}
+
+TEST(EstimateFundamental, NinetyFivePercentOutliersEndInBoundedWork) {
+  SyntheticOptions options;
+  options.mover_share = 0.0;
+  options.outlier_share = 0.95;
+  RansacOptions ransac;
+  const auto result = EstimateFundamental(MakeSyntheticPairs(options).pairs, ransac);
+  ASSERT_TRUE(result.ok());
+  EXPECT_LE(result->iterations, 2000);
+}
+
+TEST(Ransac, SameSeedSameBytes) {
+  SyntheticOptions options;
+  options.outlier_share = 0.3;
+  const SyntheticPairs scene = MakeSyntheticPairs(options);
+  for (const auto estimate : {EstimateFundamental, EstimateHomography}) {
+    const auto a = estimate(scene.pairs, {}), b = estimate(scene.pairs, {});
+    ASSERT_TRUE(a.ok() && b.ok());
+    EXPECT_EQ(std::memcmp(a->matrix.data(), b->matrix.data(), sizeof(double) * 9), 0);
+    RansacOptions other;
+    other.seed = 99;
+    const auto c = estimate(scene.pairs, other);
+    ASSERT_TRUE(c.ok());
+    EXPECT_NE(std::memcmp(a->matrix.data(), c->matrix.data(), sizeof(double) * 9), 0)
+        << "the seed has no effect";
+  }
+}
+
+TEST(Ransac, DegenerateInputsAreErrorsNotCrashes) {
+  std::vector<PointPair> collinear, few(3);
+  for (int i = 0; i < 200; ++i) collinear.push_back({1.0 * i, 3.0 * i, 1.0 * i + 2, 3.0 * i - 5});
+  const std::vector<PointPair> identical(200, PointPair{1, 2, 3, 4});
+  for (const auto estimate : {EstimateFundamental, EstimateHomography}) {
+    EXPECT_EQ(estimate(few, {}).status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_EQ(estimate(identical, {}).status().code(), absl::StatusCode::kNotFound);
+    EXPECT_EQ(estimate(collinear, {}).status().code(), absl::StatusCode::kNotFound);
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,135 @@
+#include "vision/labelling/label_outcome.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "vision/frame/equalization.h"
+#include "vision/frame/repeated_picture.h"
+#include "vision/labelling/reduced_labels.h"
+#include "vision/labelling/stopwatch.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr double kMajority = 0.5;
+
+cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
+  cv::Matx33d result;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) result(i, j) = m(i, j);
+  }
+  return result;
+}
+
+}  // namespace
+
+absl::Status MakeGrey(const Frame& frame, const FrameLabellerOptions& options,
+                      ExtractedFrame& extracted) {
+  if (frame.image.empty() || frame.image.type() != CV_8UC3) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("frame ", frame.index, ": the image is empty or not 8-bit BGR"));
+  }
+  Stopwatch watch;
+  extracted.frame = frame;
+  extracted.grey =
+      EqualizedGrey(ReducePicture(frame.image, options.longest_side_pixels), options.equalization);
+  extracted.equalization_milliseconds = watch.LapMilliseconds();
+  return absl::OkStatus();
+}
+
+absl::Status CheckOrder(const ExtractedFrame* last, const ExtractedFrame& frame) {
+  if (last != nullptr && frame.frame.index <= last->frame.index) {
+    return absl::InvalidArgumentError(absl::StrCat("frame ", frame.frame.index,
+                                                   " came after frame ", last->frame.index,
+                                                   "; indices must grow"));
+  }
+  return absl::OkStatus();
+}
+
+LabelledFrame BeginLabels(const ExtractedFrame& frame) {
+  LabelledFrame result;
+  result.frame_index = frame.frame.index;
+  result.labelled = frame.frame;
+  result.times.equalization_milliseconds = frame.equalization_milliseconds;
+  return result;
+}
+
+void SetNoPair(int frame_gap, LabelledFrame& result) {
+  SetOutcome(LabelOutcome::kNoPair,
+             frame_gap > 1 ? absl::StrCat("fewer than ", frame_gap, " frames before this one")
+                           : "no frame before this one",
+             result);
+}
+
+bool HasOtherSize(const ExtractedFrame& last, const ExtractedFrame& frame, LabelledFrame& result) {
+  const cv::Size before = last.frame.image.size(), now = frame.frame.image.size();
+  if (before == now) return false;
+  SetOutcome(LabelOutcome::kSizeChanged,
+             absl::StrCat("the frame is ", now.width, "x", now.height, ", those before it ",
+                          before.width, "x", before.height),
+             result);
+  return true;
+}
+
+bool IsRepeated(const ExtractedFrame& last, const ExtractedFrame& frame, LabelledFrame& result) {
+  if (!SamePixels(last.frame.image, frame.frame.image)) return false;
+  SetOutcome(LabelOutcome::kDuplicateFrame, "the same picture as the frame before", result);
+  return true;
+}
+
+bool IsEnough(const PairCounts& counts, int minimum_matches, LabelledFrame& result) {
+  result.feature_count = counts.features;
+  result.match_count = counts.labelled;
+  if (result.feature_count < minimum_matches) {
+    SetOutcome(LabelOutcome::kTooFewFeatures,
+               absl::StrCat("only ", result.feature_count, " features: no texture"), result);
+    return false;
+  }
+  const bool enough = counts.matches >= minimum_matches;
+  if (enough && counts.scene.IsOneScene()) return true;
+  const SceneAgreement::Areas areas = counts.scene.CountAreas();
+  SetOutcome(LabelOutcome::kTooFewMatches,
+             enough ? absl::StrFormat("another scene: %d of %d areas agree with the frame before",
+                                      areas.holding, areas.judged)
+                    : absl::StrFormat("only %d of %d features have a match", counts.matches,
+                                      counts.features),
+             result);
+  return false;
+}
+
+void RecordMotion(const MotionModel& model, LabelledFrame& result) {
+  result.motion_model = model.kind;
+  result.motion_matrix = ToMatx(model.matrix);
+  result.rejected_model = model.rejected_kind;
+  result.rejected_matrix = ToMatx(model.rejected_matrix);
+  result.motion_trusted = model.trusted;
+  result.parallax_pixels = model.parallax_pixels;
+  result.inlier_count = model.inlier_count;
+  if (!model.trusted) SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
+}
+
+void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result) {
+  result.outcome = outcome;
+  result.reason = std::move(reason);
+}
+
+std::string DoubtOf(const LabelledFrame& labels) {
+  if (labels.outcome == LabelOutcome::kDuplicateFrame) return "";
+  if (labels.outcome != LabelOutcome::kLabelled) return labels.reason;
+  if (labels.static_share < kMajority) {
+    return absl::StrFormat("only %.0f %% of the image points agree on how the camera moved",
+                           100.0 * labels.static_share);
+  }
+  const auto moving =
+      static_cast<double>(std::count_if(labels.probability.begin(), labels.probability.end(),
+                                        [](double probability) { return probability >= 0.5; }));
+  const double share = moving / static_cast<double>(std::max<int64_t>(labels.size(), 1));
+  if (share > kMajority) {
+    return absl::StrFormat("%.0f %% of the labelled places seem to move", 100.0 * share);
+  }
+  return "";
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,56 @@
+// What every labeller does alike: the frame's grey picture, whether a pair can be labelled, and why
+// not.
+#ifndef EGOSIEVE_VISION_LABELLING_LABEL_OUTCOME_H_
+#define EGOSIEVE_VISION_LABELLING_LABEL_OUTCOME_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "absl/status/status.h"
+#include "vision/geometry/motion_model.h"
+#include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/frame_labeller.h"
+#include "vision/labelling/labelled_frame.h"
+#include "vision/matching/scene_agreement.h"
+
+namespace egosieve::vision {
+
+// Of a pair of frames.
+struct PairCounts {
+  explicit PairCounts(cv::Size size = {1, 1}) : scene(size) {}
+
+  int64_t features = 0;  // features, or textured grid points, of the second frame
+  int64_t matches = 0;   // of these, the ones found in the other frame
+  int64_t labelled = 0;  // places that can be given labels
+  SceneAgreement scene;
+};
+
+// Sets frame and grey picture, reduced and equalised. InvalidArgument unless the image is CV_8UC3.
+absl::Status MakeGrey(const Frame& frame, const FrameLabellerOptions& options,
+                      ExtractedFrame& extracted);
+
+// InvalidArgument unless the frame's index is larger than that of `last`; null: no frame before.
+absl::Status CheckOrder(const ExtractedFrame* last, const ExtractedFrame& frame);
+
+// Without places.
+LabelledFrame BeginLabels(const ExtractedFrame& frame);
+
+// The three below set the outcome if the frame cannot be labelled, and its reason.
+void SetNoPair(int frame_gap, LabelledFrame& result);
+bool HasOtherSize(const ExtractedFrame& last, const ExtractedFrame& frame, LabelledFrame& result);
+bool IsRepeated(const ExtractedFrame& last, const ExtractedFrame& frame, LabelledFrame& result);
+// Whether there are enough correspondences of one scene; else sets the outcome.
+bool IsEnough(const PairCounts& counts, int minimum_matches, LabelledFrame& result);
+
+// The outcome, too, if the model is not trusted.
+void RecordMotion(const MotionModel& model, LabelledFrame& result);
+
+void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result);
+
+// `doubt` of labelled_frame.h, from the rest of it.
+std::string DoubtOf(const LabelledFrame& labels);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_LABEL_OUTCOME_H_

@@ -1,0 +1,174 @@
+// Labels from evidence along tracks.
+//
+//   1. grey, equalised picture                                   vision/frame/equalization.h
+//   2. a grid followed by dense flow from the frame before,
+//      chained into tracks                                       vision/features, tracking
+//   3. the camera's motion from the frame `frame_gap` before,
+//      calibrated; selected by a MotionSelector while the focal
+//      length is not known                                       vision/trajectory
+//   4. evidence along the tracks and from the frames ahead,
+//      fused into one probability per place                      evidence_labeller.h
+//
+// The state is about 3 MB (labeller_state.h).
+#ifndef EGOSIEVE_VISION_LABELLING_TRACK_LABELLER_H_
+#define EGOSIEVE_VISION_LABELLING_TRACK_LABELLER_H_
+
+#include <algorithm>
+#include <deque>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "vision/labelling/evidence_labeller.h"
+#include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/focal_learner.h"
+#include "vision/labelling/frame_labeller.h"
+#include "vision/labelling/gap_choice.h"
+#include "vision/labelling/label_outcome.h"
+#include "vision/labelling/mover_memory.h"
+#include "vision/labelling/outlook.h"
+#include "vision/labelling/pair_builder.h"
+#include "vision/labelling/pair_motions.h"
+#include "vision/own_vehicle/fixed_pattern.h"
+#include "vision/trajectory/ground_search.h"
+#include "vision/trajectory/ground_speed.h"
+#include "vision/trajectory/two_view_motion.h"
+
+namespace egosieve::vision {
+
+inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options,
+                                            const TravelPrior& travel) {
+  TwoViewMotionOptions motion;
+  motion.travel = travel;
+  // With a vehicle's direction of travel, traffic is not mistaken for the static scene anyway.
+  if (!options.evidence.accumulation || travel.IsOfVehicle()) motion.memory = 0.0;
+  return motion;
+}
+
+// Null if the drive's fixed pattern is not known.
+inline std::shared_ptr<const FixedPattern> PatternOf(const FrameLabellerOptions& options) {
+  if (options.fixed_pattern.empty()) return nullptr;
+  cv::Mat1f median;
+  options.fixed_pattern.convertTo(median, CV_32F);
+  return std::make_shared<FixedPattern>(median, FixedPatternOptions());
+}
+
+class TrackLabeller : public FrameLabeller {
+ public:
+  static absl::StatusOr<std::unique_ptr<FrameLabeller>> Create(const FrameLabellerOptions& options,
+                                                               MotionSelector select_motion);
+
+  absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const override;
+  absl::Status Prepare(const ExtractedFrame& first, const ExtractedFrame& second) const override;
+  absl::StatusOr<LabelledFrame> Label(
+      std::shared_ptr<const ExtractedFrame> frame,
+      const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead) override;
+  absl::Status Prime(const Frame& frame) override;
+  LearntCamera learnt_camera() const override { return focal_ ? focal_->learnt() : LearntCamera(); }
+  std::string state() const override;
+  absl::Status Restore(absl::string_view state) override;
+  const FrameLabellerOptions& options() const override { return options_; }
+
+ private:
+  using Pictures = std::vector<std::shared_ptr<const ExtractedFrame>>;
+
+  // focal: absent where the focal length is not learnt here.
+  TrackLabeller(const FrameLabellerOptions& options, MotionSelector select_motion,
+                EvidenceLabeller evidence, std::optional<FocalLearner> focal)
+      : options_(options),
+        select_motion_(std::move(select_motion)),
+        pattern_(PatternOf(options)),
+        movers_(options.flow_stride_pixels),
+        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options, options.travel), pattern_),
+        evidence_(std::move(evidence)),
+        focal_(std::move(focal)) {}
+
+  // How a frame is seen beside its own pair.
+  struct Sight {
+    View behind;          // of a pair of more than one frame: from the frame before; else empty
+    TwoViewMotion world;  // of the pair; found if it is known or MotionOfTracks has set it
+    Outlook outlook;
+  };
+
+  const ExtractedFrame* Last() const { return history_.empty() ? nullptr : history_.back().get(); }
+  absl::Status Push(std::shared_ptr<const ExtractedFrame> frame);
+  // Frame gap of the pair that ends in the current frame. before: number of frames before it.
+  int Gap(int before) const {
+    return options_.frame_gap > 0 ? options_.frame_gap : std::min(gap_.gap, before);
+  }
+  const ExtractedFrame* InHistory(int64_t index) const {
+    for (const auto& frame : history_) {
+      if (frame->frame.index == index) return frame.get();
+    }
+    return nullptr;
+  }
+  // before: the frame before the current one.
+  absl::Status LabelTracks(const ExtractedFrame& before, const ExtractedFrame& frame,
+                           const Pictures& ahead, LabelledFrame& result);
+  // Labels from the pictures ahead alone; the outcome stays as it is if none of them can be used.
+  absl::Status LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
+                              LabelledFrame& result);
+  absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
+                                         LabelledFrame& result) const;
+  // Over the longer side, given or learnt; 0: not known.
+  double focal_ratio() const {
+    return focal_ ? focal_->learnt().focal_ratio : options_.focal_ratio;
+  }
+  // Given or learnt; need not be known.
+  const TravelPrior& travel() const { return focal_ ? focal_->learnt().travel : options_.travel; }
+  // Whether the camera's motion is estimated by two_view_motion.h.
+  bool IsCalibrated() const { return focal_ratio() > 0.0; }
+  // For the frames after this one. outcome: without the pictures ahead.
+  void LearnCamera(const ExtractedFrame& frame, LabelOutcome outcome);
+  // The motion between the two frames of the pair. Sets `world` if it is calibrated and not known.
+  absl::StatusOr<MotionModel> MotionOfTracks(const std::vector<TrackedPoint>& points,
+                                             const ExtractedFrame& frame, const MovedNodes& moved,
+                                             TwoViewMotion& world, LabelledFrame& result);
+  // Empty if the motion is not calibrated.
+  absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
+                                    absl::Span<const float> moved, LabellingTimes& times);
+  absl::StatusOr<Sight> SightOf(const ExtractedFrame& before, const ExtractedFrame& frame,
+                                const Pictures& ahead, absl::Span<const float> moved, int gap,
+                                LabellingTimes& times);
+  Pinhole Camera(cv::Size size) const;
+  // Updates the speed of the ground. back: the motion from `frame` to `before`; null: not known.
+  void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
+                     const TwoViewMotion* back, const View& far, const Pictures& ahead);
+  // Adds pictures before the last of `pictures`, which is of the frame before `frame`, as far as
+  // the motions between them are known and there are fewer than for a frame with pictures ahead.
+  void AddEarlier(const ExtractedFrame& frame, std::vector<GroundPicture>& pictures) const;
+  // Sets is_unbounded of the points where the frame agrees with the drive's fixed pattern, and of
+  // those on lines along the direction of travel. back: the motion to the frame of `before`; need
+  // not be found.
+  void MarkUnbounded(const ExtractedFrame& frame, const TwoViewMotion& back, const Outlook& outlook,
+                     std::vector<TrackedPoint>& points);
+  // Replaces the motion's ground bound if the speed of the ground over the drive gives a better
+  // one.
+  void BoundGround(const ExtractedFrame& a, const ExtractedFrame& b, TwoViewMotion& motion) const;
+  // The three above for the pair of `first`, which may be null, and `frame`.
+  void UseGround(const ExtractedFrame& before, const ExtractedFrame* first,
+                 const ExtractedFrame& frame, const Pictures& ahead, int gap, Sight& sight,
+                 std::vector<TrackedPoint>& points);
+  void ObserveGap(const MotionModel& model, int gap);
+
+  const FrameLabellerOptions options_;
+  const MotionSelector select_motion_;
+  const std::shared_ptr<const FixedPattern> pattern_;
+  std::deque<std::shared_ptr<const ExtractedFrame>> history_;  // at most frame_gap, oldest first
+  GapState gap_;
+  MoverMemory movers_;
+  GroundSpeed ground_;
+  mutable PairMotions pair_motions_;  // its motions are part of state()
+  EvidenceLabeller evidence_;         // its last picture is that of the last frame of `history_`
+  std::optional<FocalLearner> focal_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_TRACK_LABELLER_H_

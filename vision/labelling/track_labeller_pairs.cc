@@ -1,0 +1,294 @@
+// The steps of track_labeller.h after extraction: labels from tracks and the pictures ahead.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "vision/geometry/mix_seed.h"
+#include "vision/labelling/frame_step.h"
+#include "vision/labelling/lines_along_travel.h"
+#include "vision/labelling/place_labels.h"
+#include "vision/labelling/stopwatch.h"
+#include "vision/labelling/track_labeller.h"
+#include "vision/trajectory/ground_bound.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr uint64_t kGeometryStep = 1;
+constexpr int kNoGap = 1 << 20;        // longer than any track
+constexpr double kLeastOfSpeed = 0.5;  // of the slope expected from the speed of the ground
+// Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their
+// mean, also holds reflections, which change within half a second.
+constexpr int kGroundPictures = 5;
+
+}  // namespace
+
+absl::StatusOr<MotionModel> TrackLabeller::FindMotion(const std::vector<PointPair>& pairs,
+                                                      int64_t frame_index,
+                                                      LabelledFrame& result) const {
+  Stopwatch watch;
+  const uint64_t seed = MixSeed(options_.seed, static_cast<uint64_t>(frame_index), kGeometryStep);
+  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, select_motion_(pairs, seed));
+  result.times.geometry_milliseconds += watch.LapMilliseconds();
+  RecordMotion(model, result);
+  return model;
+}
+
+Pinhole TrackLabeller::Camera(cv::Size size) const {
+  return Pinhole::Of(size, focal_ratio() * std::max(size.width, size.height));
+}
+
+void TrackLabeller::ObserveGap(const MotionModel& model, int gap) {
+  if (options_.frame_gap > 0 || !model.trusted) return;
+  ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap,
+                  IsCalibrated() ? kCalibratedGap : kSelectedModelGap, gap_);
+}
+
+void TrackLabeller::AddEarlier(const ExtractedFrame& frame,
+                               std::vector<GroundPicture>& pictures) const {
+  Eigen::Matrix3d rotation = pictures.back().rotation;
+  for (size_t k = history_.size() - 1; k > 0; --k) {
+    if (static_cast<int>(pictures.size()) > kGroundPictures) return;
+    const ExtractedFrame &earlier = *history_[k - 1], &later = *history_[k];
+    const TwoViewMotion* motion = pair_motions_.Find(earlier.frame.index, later.frame.index);
+    if (motion == nullptr || !motion->found || earlier.grey.size() != frame.grey.size()) return;
+    rotation = motion->rotation.transpose() * rotation;
+    pictures.push_back(
+        {earlier.grey, earlier.frame.time_seconds - frame.frame.time_seconds, rotation});
+  }
+}
+
+void TrackLabeller::ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
+                                  const TwoViewMotion* back, const View& far,
+                                  const Pictures& ahead) {
+  const double seconds = frame.frame.time_seconds - before.frame.time_seconds;
+  if (!travel().IsOfVehicle() || !(seconds > 0.0)) return;
+  GroundSearchView view;
+  view.direction = travel().direction;
+  view.camera = Camera(frame.grey.size());
+  view.ignored = options_.ignored;
+  view.pictures.push_back({frame.grey});
+  if (far.frame != nullptr) {
+    const double whole = far.frame->frame.time_seconds - frame.frame.time_seconds;
+    for (const auto& picture : ahead) {
+      if (static_cast<int>(view.pictures.size()) > kGroundPictures) break;
+      const double later = picture->frame.time_seconds - frame.frame.time_seconds;
+      view.pictures.push_back(
+          {picture->grey, later, PartOfRotation(far.motion.rotation, later / whole)});
+      if (picture.get() == far.frame) break;
+    }
+  }
+  if (back != nullptr) {
+    view.pictures.push_back({before.grey, -seconds, back->rotation});
+    AddEarlier(frame, view.pictures);
+  }
+  ground_.Advance(seconds, LikelihoodOfSpeeds(view));
+}
+
+void TrackLabeller::MarkUnbounded(const ExtractedFrame& frame, const TwoViewMotion& back,
+                                  const Outlook& outlook, std::vector<TrackedPoint>& points) {
+  const PatternPlaces& fixed = pair_motions_.FixedIn(frame);
+  if (!fixed.empty()) {
+    for (TrackedPoint& point : points) {
+      point.evidence.is_unbounded = fixed.Contain(point.evidence.now);
+    }
+  }
+  const TravelPrior& prior = travel();
+  if (!prior.IsOfVehicle() || !MovesForwardOrBack(prior.direction)) return;
+  const Pinhole camera = Camera(frame.grey.size());
+  const LinesAlongTravel lines(frame.grey, camera, prior.direction);
+  // By the longest pair that follows the point.
+  const auto is_no_nearer = [&](const TrackedPoint& point) {
+    const std::pair<const TwoViewMotion*, cv::Point2f> views[] = {
+        {&outlook.far.motion, point.far_ahead},
+        {&outlook.near.motion, point.near_ahead},
+        {&back, point.evidence.before}};
+    for (const auto& [motion, place] : views) {
+      if (!motion->found || !std::isfinite(place.x)) continue;
+      return SeemsNoNearerThanGround(*motion, camera, point.evidence.now, place);
+    }
+    return false;
+  };
+  for (TrackedPoint& point : points) {
+    if (lines.Contain(point.evidence.now) && is_no_nearer(point)) {
+      point.evidence.is_unbounded = true;
+    }
+  }
+}
+
+void TrackLabeller::BoundGround(const ExtractedFrame& a, const ExtractedFrame& b,
+                                TwoViewMotion& motion) const {
+  const double seconds = std::abs(b.frame.time_seconds - a.frame.time_seconds);
+  const double heights = ground_.Low() * seconds, slope = SlopeOfHeights(heights);
+  // A slope far below the expected one belongs to something else, such as traffic on the road.
+  if (slope > 0.0 && (slope < motion.ground_slope || motion.ground_slope < kLeastOfSpeed * slope)) {
+    motion.ground_slope = slope;
+    motion.ground_heights = heights;
+  }
+}
+
+absl::StatusOr<Outlook> TrackLabeller::OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
+                                                 absl::Span<const float> moved,
+                                                 LabellingTimes& times) {
+  if (!IsCalibrated()) return Outlook();
+  Stopwatch watch;
+  const double flow_before = pair_motions_.flow_milliseconds();
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      Outlook outlook, LookAhead(frame, ahead, Camera(frame.grey.size()), moved, pair_motions_));
+  const double flow = pair_motions_.flow_milliseconds() - flow_before;
+  times.features_milliseconds += flow;
+  times.geometry_milliseconds += watch.LapMilliseconds() - flow;
+  return outlook;
+}
+
+absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
+                                           LabelledFrame& result) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead, {}, result.times));
+  if (outlook.empty()) return absl::OkStatus();
+  Stopwatch watch;
+  if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
+  std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
+  if (outlook.knows_ground()) MarkUnbounded(frame, TwoViewMotion(), outlook, points);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const EvidenceResult evidence,
+      evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, Camera(frame.grey.size()),
+                      {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
+                       {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}}));
+  movers_.Remember(points, evidence, frame.grey.size());
+  const View& view = outlook.longest();
+  result.first_index = frame.frame.index;
+  result.second_index = view.frame->frame.index;
+  RecordMotion(ModelOf(view.motion, Camera(frame.grey.size()), 0), result);
+  result.reason.clear();
+  LabelByEvidence(frame, points, MotionModel(), evidence, options_, result);
+  result.static_share = view.motion.static_share;
+  result.times.labelling_milliseconds += watch.LapMilliseconds();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<MotionModel> TrackLabeller::MotionOfTracks(const std::vector<TrackedPoint>& points,
+                                                          const ExtractedFrame& frame,
+                                                          const MovedNodes& moved,
+                                                          TwoViewMotion& world,
+                                                          LabelledFrame& result) {
+  std::vector<PointPair> geometry;
+  std::vector<float> moved_before;
+  const PatternPlaces& fixed = pair_motions_.FixedIn(frame);
+  for (const TrackedPoint& point : points) {
+    const cv::Point2f a = point.evidence.before, b = point.evidence.now;
+    if (point.is_textured && point.evidence.HasBefore() && !fixed.Contain(b)) {
+      geometry.push_back({a.x, a.y, b.x, b.y});
+      moved_before.push_back(movers_.At(moved, b, frame.grey.size()));
+    }
+  }
+  if (!IsCalibrated()) return FindMotion(geometry, frame.frame.index, result);
+  Stopwatch watch;
+  const Pinhole camera = Camera(frame.grey.size());
+  if (!world.found) {
+    world =
+        EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_, travel()), moved_before);
+    if (travel().IsOfVehicle()) FindGround(geometry, camera, world);
+  }
+  MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
+  RecordMotion(model, result);
+  result.times.geometry_milliseconds += watch.LapMilliseconds();
+  return model;
+}
+
+absl::StatusOr<TrackLabeller::Sight> TrackLabeller::SightOf(const ExtractedFrame& before,
+                                                            const ExtractedFrame& frame,
+                                                            const Pictures& ahead,
+                                                            absl::Span<const float> moved, int gap,
+                                                            LabellingTimes& times) {
+  const Pinhole camera = Camera(frame.grey.size());
+  Sight sight;
+  EGOSIEVE_ASSIGN_OR_RETURN(sight.outlook, OutlookOf(frame, ahead, moved, times));
+  if (gap > 1 && IsCalibrated()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(sight.behind,
+                              LookBack(before, frame, camera, movers_.nodes(), pair_motions_));
+  } else if (IsCalibrated()) {
+    // The motion that was estimated when looking ahead from the frame before.
+    EGOSIEVE_ASSIGN_OR_RETURN(sight.world,
+                              pair_motions_.Between(before, frame, camera, movers_.nodes()));
+  }
+  return sight;
+}
+
+void TrackLabeller::UseGround(const ExtractedFrame& before, const ExtractedFrame* first,
+                              const ExtractedFrame& frame, const Pictures& ahead, int gap,
+                              Sight& sight, std::vector<TrackedPoint>& points) {
+  auto& [behind, world, outlook] = sight;
+  const TwoViewMotion to_before = gap > 1 ? behind.motion : Inverse(world);
+  const bool is_known = gap > 1 ? behind.frame != nullptr : world.found;
+  ObserveGround(before, frame, is_known ? &to_before : nullptr, outlook.far, ahead);
+  if (first != nullptr) BoundGround(*first, frame, world);
+  for (View* view : {&behind, &outlook.near, &outlook.far}) {
+    if (view->frame != nullptr) BoundGround(frame, *view->frame, view->motion);
+  }
+  if (world.ground_slope > 0.0 || behind.motion.ground_slope > 0.0 || outlook.knows_ground()) {
+    MarkUnbounded(frame, Inverse(world), outlook, points);
+  }
+}
+
+absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const ExtractedFrame& frame,
+                                        const Pictures& ahead, LabelledFrame& result) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs,
+                            BuildPairs(before, frame, pair_motions_.flows()));
+  result.times.features_milliseconds = pairs.features_milliseconds;
+  result.times.matching_milliseconds = pairs.matching_milliseconds;
+  if (!IsEnough(pairs.counts, options_.minimum_matches, result)) {
+    evidence_.Begin(frame.frame.index);
+    movers_.Forget();
+    ground_ = GroundSpeed();
+    return absl::OkStatus();
+  }
+  EGOSIEVE_RETURN_IF_ERROR(evidence_.Advance(frame, pairs));
+  const MovedNodes moved = movers_.CarriedBy(pairs.links, frame.grey.size());
+  const int gap = Gap(evidence_.PicturesBefore());
+  if (evidence_.PicturesBefore() < gap) {
+    SetOutcome(LabelOutcome::kNoPair, absl::StrCat("fewer than ", gap, " frames before this one"),
+               result);
+    return absl::OkStatus();
+  }
+  result.first_index = evidence_.FrameIndexBefore(gap);
+  result.second_index = frame.frame.index;
+  EGOSIEVE_ASSIGN_OR_RETURN(Sight sight, SightOf(before, frame, ahead, moved, gap, result.times));
+  auto& [behind, world, outlook] = sight;
+  std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
+  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, MotionOfTracks(points, frame, moved, world, result));
+  ObserveGap(model, gap);
+  Stopwatch watch;
+  if (!model.trusted) model.kind = MotionModelKind::kNone;
+  const Pinhole camera = Camera(frame.grey.size());
+  const ExtractedFrame* first = InHistory(result.first_index);
+  if (IsCalibrated()) UseGround(before, first, frame, ahead, gap, sight, points);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const EvidenceResult evidence,
+      evidence_.Judge(first, frame, gap, model, points, world.found ? &world : nullptr, camera,
+                      {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
+                       {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
+                       {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
+  movers_.Remember(points, evidence, frame.grey.size());
+  result.own_vehicle = OwnVehicleAreas(evidence_.own_vehicle(), frame.grey.size());
+  if (IsCalibrated()) {
+    const TwoViewMotion* motion = model.trusted ? &world : nullptr;
+    result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},
+                         points, camera);
+  }
+  if (model.trusted || !outlook.empty()) {
+    result.reason.clear();
+    LabelByEvidence(frame, points, model, evidence, options_, result);
+  }
+  if (const View& view = outlook.longest(); view.frame != nullptr || world.found) {
+    result.static_share = (view.frame != nullptr ? view.motion : world).static_share;
+  }
+  result.times.labelling_milliseconds = watch.LapMilliseconds();
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,86 @@
+#include "vision/paper/feature_extractor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/features2d.hpp>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "vision/features/corner_detector.h"
+#include "vision/features/spread.h"
+#include "vision/paper/sift_describer.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr double kKeyPointShare = 0.5;
+constexpr double kContrastThreshold = 0.01;  // of SIFT's extrema, image in [0, 1], over 3 layers
+constexpr float kCornerThreshold = 1e-5F;    // smallest eigenvalue, image in [0, 1]
+constexpr int kCornerBorder = 3;
+constexpr float kCornerSize = 8.0F;  // pixels, the diameter used to describe corners
+constexpr int kCellPixels = 24;      // of the grid by which features are spread
+
+std::vector<cv::KeyPoint> Thin(const std::vector<cv::KeyPoint>& key_points, cv::Size size,
+                               int64_t count) {
+  std::vector<cv::Point2f> positions;
+  std::vector<float> responses;
+  for (const cv::KeyPoint& key_point : key_points) {
+    positions.push_back(key_point.pt);
+    responses.push_back(key_point.response);
+  }
+  std::vector<cv::KeyPoint> kept;
+  for (const int64_t i : SpreadOverGrid(positions, responses, size, kCellPixels, count)) {
+    kept.push_back(key_points[i]);
+  }
+  return kept;
+}
+
+std::vector<cv::KeyPoint> CornersAsKeyPoints(const cv::Mat& grey) {
+  std::vector<cv::KeyPoint> key_points;
+  for (const Corner& corner : DetectCorners(grey, kCornerThreshold, kCornerBorder)) {
+    key_points.emplace_back(corner.position, kCornerSize, 0.0F, corner.response);
+  }
+  return key_points;
+}
+
+void AppendPlaces(const std::vector<cv::KeyPoint>& key_points,
+                  std::vector<DescribedPlace>& places) {
+  for (const cv::KeyPoint& key_point : key_points) {
+    places.push_back({key_point.pt, 0.5F * key_point.size, key_point.angle});
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<FeatureSet> ExtractFeatures(const cv::Mat& grey, int threads) {
+  if (grey.empty() || grey.type() != CV_8UC1) {
+    return absl::InvalidArgumentError("features need a grey 8-bit image that is not empty");
+  }
+  FeatureSet features;
+  try {
+    const int64_t count = std::llround(7000.0 * grey.size().area() / (1242.0 * 375.0));
+    const auto sift = cv::SIFT::create(0, 3, kContrastThreshold, 10, 1.6, CV_8U);
+    std::vector<cv::KeyPoint> key_points, corners = CornersAsKeyPoints(grey);
+    sift->detect(grey, key_points);
+
+    const int64_t share = std::llround(kKeyPointShare * static_cast<double>(count));
+    const int64_t corner_count =
+        std::min<int64_t>(static_cast<int64_t>(corners.size()), count - share);
+    key_points = Thin(key_points, grey.size(), count - corner_count);
+    corners = Thin(corners, grey.size(), count - static_cast<int64_t>(key_points.size()));
+    std::vector<DescribedPlace> places;
+    AppendPlaces(key_points, places);
+    AppendPlaces(corners, places);
+    for (const DescribedPlace& place : places) features.positions.push_back(place.position);
+    features.key_point_count = static_cast<int64_t>(key_points.size());
+    features.descriptors.resize(places.size() * kSiftDescriptorBytes);
+    if (!places.empty()) {
+      SiftDescriber(grey).Describe(places, threads, features.descriptors.data());
+    }
+  } catch (const cv::Exception& error) {
+    return absl::InternalError(absl::StrCat("features: ", error.err));
+  }
+  return features;
+}
+
+}  // namespace egosieve::vision

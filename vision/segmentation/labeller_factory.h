@@ -1,0 +1,18 @@
+// Makes the labeller that the options name. The only place that knows the paper's front end.
+#ifndef EGOSIEVE_VISION_SEGMENTATION_LABELLER_FACTORY_H_
+#define EGOSIEVE_VISION_SEGMENTATION_LABELLER_FACTORY_H_
+
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "vision/labelling/frame_labeller.h"
+
+namespace egosieve::vision {
+
+// InvalidArgument for invalid options.
+absl::StatusOr<std::unique_ptr<FrameLabeller>> MakeFrameLabeller(
+    const FrameLabellerOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SEGMENTATION_LABELLER_FACTORY_H_
