@@ -51,8 +51,8 @@ struct FrameLabellerOptions {
   cv::Mat1b ignored;
   // own_vehicle/windscreen.h: matches in it are not used.
   cv::Mat1b windscreen;
-  // M of fixed_pattern.h, if known. Places that agree with it are not used for the camera's motion,
-  // and are not labelled as moving because the ground below them moves. If known,
+  // M of fixed_pattern.h, if known. On a vehicle, places that agree with it are not used for the
+  // camera's motion, and are not labelled as moving because the ground below them moves. If known,
   // evidence.own_vehicle has no effect: the first pass, which knew it, found the own vehicle.
   cv::Mat1b fixed_pattern;
 

@@ -51,9 +51,10 @@ inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options,
   return motion;
 }
 
-// Null if the drive's fixed pattern is not known.
+// Null if the drive's fixed pattern is not known, and where the camera is on no vehicle: then there is
+// no windscreen, and what agrees with the pattern is a mover that the camera follows, or chance.
 inline std::shared_ptr<const FixedPattern> PatternOf(const FrameLabellerOptions& options) {
-  if (options.fixed_pattern.empty()) return nullptr;
+  if (options.fixed_pattern.empty() || !options.travel.IsOfVehicle()) return nullptr;
   cv::Mat1f median;
   options.fixed_pattern.convertTo(median, CV_32F);
   return std::make_shared<FixedPattern>(median, FixedPatternOptions());
