@@ -1,5 +1,6 @@
 #include "tools/batch/batch_command.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>

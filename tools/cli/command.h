@@ -14,11 +14,14 @@
 #ifndef EGOSIEVE_TOOLS_CLI_COMMAND_H_
 #define EGOSIEVE_TOOLS_CLI_COMMAND_H_
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "tools/cli/exit_code.h"
+
+namespace CLI {
+class App;
+}
 
 namespace egosieve::tools {
 

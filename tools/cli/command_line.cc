@@ -1,5 +1,6 @@
 #include "tools/cli/command_line.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <numeric>

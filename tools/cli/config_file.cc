@@ -1,5 +1,6 @@
 #include "tools/cli/config_file.h"
 
+#include <CLI/CLI.hpp>
 #include <iterator>
 #include <string>
 

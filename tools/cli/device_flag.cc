@@ -1,5 +1,6 @@
 #include "tools/cli/device_flag.h"
 
+#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <vector>
 

@@ -2,13 +2,16 @@
 #ifndef EGOSIEVE_TOOLS_CLI_DEVICE_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_DEVICE_FLAG_H_
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/device.h"
+
+namespace CLI {
+class App;
+}
 
 namespace egosieve::tools {
 

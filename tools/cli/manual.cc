@@ -1,5 +1,6 @@
 #include "tools/cli/manual.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
 #include <utility>

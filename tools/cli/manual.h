@@ -3,10 +3,13 @@
 #ifndef EGOSIEVE_TOOLS_CLI_MANUAL_H_
 #define EGOSIEVE_TOOLS_CLI_MANUAL_H_
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace egosieve::tools {
 

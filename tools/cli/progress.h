@@ -7,13 +7,16 @@
 #ifndef EGOSIEVE_TOOLS_CLI_PROGRESS_H_
 #define EGOSIEVE_TOOLS_CLI_PROGRESS_H_
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdint>
 #include <ostream>
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace egosieve::tools {
 

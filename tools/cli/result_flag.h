@@ -4,10 +4,12 @@
 #ifndef EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_
 
-#include <CLI/CLI.hpp>
-#include <iostream>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
+
+namespace CLI {
+class App;
+}
 
 namespace egosieve::tools {
 
@@ -17,24 +19,11 @@ inline constexpr int kResultSchemaVersion = 1;
 struct ResultFlag {
   bool json = false;
 
-  void AddFlag(CLI::App& app) {
-    app.add_flag("--json", json, "Print the result as a line of JSON");
-  }
+  void AddFlag(CLI::App& app);
 
   // fields: an object. text: the result as text, with its line breaks.
   void Tell(const std::string& command, const nlohmann::ordered_json& fields,
-            const std::string& text) const {
-    if (!json) {
-      std::cout << text;
-      return;
-    }
-    nlohmann::ordered_json result = {{"command", command},
-                                     {"schema_version", kResultSchemaVersion}};
-    result.update(fields);
-    // A file's name may hold bytes that are not UTF-8.
-    std::cout << result.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)
-              << "\n";
-  }
+            const std::string& text) const;
 };
 
 }  // namespace egosieve::tools

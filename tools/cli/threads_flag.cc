@@ -1,5 +1,6 @@
 #include "tools/cli/threads_flag.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <opencv2/core/utility.hpp>
 

@@ -3,7 +3,9 @@
 #ifndef EGOSIEVE_TOOLS_CLI_THREADS_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_THREADS_FLAG_H_
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace egosieve::tools {
 

@@ -1,5 +1,7 @@
 #include "tools/masks/masks_flags.h"
 
+#include <CLI/CLI.hpp>
+
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"

@@ -2,7 +2,6 @@
 #ifndef EGOSIEVE_TOOLS_MASKS_MASKS_FLAGS_H_
 #define EGOSIEVE_TOOLS_MASKS_MASKS_FLAGS_H_
 
-#include <CLI/CLI.hpp>
 #include <map>
 #include <optional>
 #include <string>
@@ -11,6 +10,10 @@
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
 #include "tools/masks/mask_export.h"
+
+namespace CLI {
+class App;
+}
 
 namespace egosieve::tools {
 

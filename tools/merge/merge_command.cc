@@ -1,5 +1,7 @@
 #include "tools/merge/merge_command.h"
 
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 

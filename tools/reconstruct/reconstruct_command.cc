@@ -1,6 +1,7 @@
 #include "tools/reconstruct/reconstruct_command.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 

@@ -1,5 +1,7 @@
 #include "tools/reconstruct/reconstruct_flags.h"
 
+#include <CLI/CLI.hpp>
+
 #include "kernels/base/status_macros.h"
 #include "tools/cli/object_flags.h"
 

@@ -2,7 +2,6 @@
 #ifndef EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_FLAGS_H_
 #define EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_FLAGS_H_
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -12,6 +11,10 @@
 #include "tools/cli/result_flag.h"
 #include "tools/cli/threads_flag.h"
 #include "tools/reconstruct/reconstruct_run.h"
+
+namespace CLI {
+class App;
+}
 
 namespace egosieve::tools {
 

@@ -1,6 +1,7 @@
 #include "tools/render/render_run.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 

@@ -7,7 +7,7 @@
 #define EGOSIEVE_TOOLS_REPORT_CHART_H_
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>

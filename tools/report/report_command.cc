@@ -1,5 +1,6 @@
 #include "tools/report/report_command.h"
 
+#include <CLI/CLI.hpp>
 #include <string>
 
 #include "tools/cli/checks.h"

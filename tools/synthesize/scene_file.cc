@@ -1,6 +1,7 @@
 #include "tools/synthesize/scene_file.h"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "absl/strings/str_format.h"
 

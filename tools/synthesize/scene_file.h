@@ -2,7 +2,7 @@
 #ifndef EGOSIEVE_TOOLS_SYNTHESIZE_SCENE_FILE_H_
 #define EGOSIEVE_TOOLS_SYNTHESIZE_SCENE_FILE_H_
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "vision/synthetic/street.h"

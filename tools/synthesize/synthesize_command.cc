@@ -1,6 +1,7 @@
 #include "tools/synthesize/synthesize_command.h"
 
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "absl/strings/str_cat.h"

@@ -1,5 +1,6 @@
 #include "tools/synthesize/synthesize_flags.h"
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 
 #include "absl/status/status.h"

@@ -2,12 +2,14 @@
 #ifndef EGOSIEVE_TOOLS_SYNTHESIZE_SYNTHESIZE_FLAGS_H_
 #define EGOSIEVE_TOOLS_SYNTHESIZE_SYNTHESIZE_FLAGS_H_
 
-#include <CLI/CLI.hpp>
-
 #include "absl/status/statusor.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
 #include "tools/synthesize/synthesize.h"
+
+namespace CLI {
+class App;
+}
 
 namespace egosieve::tools {
 

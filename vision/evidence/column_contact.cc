@@ -31,7 +31,7 @@ constexpr double kMostLogRatio = 6.0;
 constexpr int kCellsAround = 12;
 constexpr size_t kFewestAround = 8;
 constexpr double kLeastUnevenness = 0.07, kUnseenUnevenness = 0.12;
-constexpr double kLeastShare = 0.8, kMostShare = 1.1, kLeastOfDepth = 0.8;
+constexpr double kLeastColumnShare = 0.8, kMostColumnShare = 1.1, kLeastOfDepth = 0.8;
 
 // A column of the image from the bottom upwards. Finds the objects above the road, and compares
 // their depth with the road's at their ground contact.
@@ -185,7 +185,7 @@ class Column {
     }
     const double share = MedianInPlace(shares);
     for (double& each : shares) each = std::abs(each - share);
-    depths.ground_share = std::clamp(share, kLeastShare, kMostShare);
+    depths.ground_share = std::clamp(share, kLeastColumnShare, kMostColumnShare);
     depths.unevenness = RobustScale(std::move(shares), kLeastUnevenness);
   }
 

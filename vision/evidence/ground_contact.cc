@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kHalfWidth = 3, kHalfHeight = 1;  // of a strip, pixels
 constexpr int kStripPixels = (2 * kHalfWidth + 1) * (2 * kHalfHeight + 1);
-constexpr double kIndependentShare = 0.25;  // kappa, as in (S1)
+constexpr double kContactShare = 0.25;  // kappa, as in (S1)
 constexpr double kMostPerRow = 5.0;
 constexpr double kHang = 0.15;                          // h
 constexpr double kFarBelow = 2.5, kLeastGround = 0.01;  // of LowestGround
@@ -92,7 +92,7 @@ double ContactPictures::Gain(double x, double y, const ContactDepths& depths) co
   if (depths.ground_share != 1.0) ground = std::min(ground, on_ground(depths.ground_share));
   const double variance =
       std::max(noise_levels_ * noise_levels_, std::min(ground, object) / kStripPixels);
-  return kIndependentShare * (ground - object) / (2.0 * variance);
+  return kContactShare * (ground - object) / (2.0 * variance);
 }
 
 std::vector<ContactRow> ContactPictures::RowsBelow(cv::Point2f top,

@@ -29,7 +29,7 @@ double RoadLogRatio(double z) {
 }
 
 // Ground contacts of the columns of one surface.
-struct Votes {
+struct SurfaceVotes {
   int columns = 0, last_column = -1;                       // columns with the surface in them
   int last_judged = -1;                                    // last column with a contact
   std::vector<double> too_far, too_near;                   // of the columns with a contact
@@ -59,12 +59,12 @@ std::vector<double> RatiosBySurface(const ColumnView& view,
     is_part[i] = points[i].valid && view.grounds[i] != Ground::kRoad;
   }
   const std::vector<int> surfaces = FindSurfaces(view.raster, points, is_part);
-  std::vector<Votes> votes(points.size());
+  std::vector<SurfaceVotes> votes(points.size());
   for (int column = 0; column < view.raster.columns(); ++column) {
     for (int row = view.raster.rows() - 1; row >= 0; --row) {
       const int i = view.raster.At(row, column);
       if (i < 0 || surfaces[i] < 0) continue;
-      Votes& own = votes[surfaces[i]];
+      SurfaceVotes& own = votes[surfaces[i]];
       own.columns += own.last_column != column;
       own.last_column = column;
       own.rise = std::max(own.rise, -view.road.Fall(points[i].ray));
@@ -74,7 +74,7 @@ std::vector<double> RatiosBySurface(const ColumnView& view,
     }
   }
   std::vector<double> of_surfaces, ratios(points.size(), 0.0);
-  for (Votes& own : votes) of_surfaces.push_back(own.LogRatio());
+  for (SurfaceVotes& own : votes) of_surfaces.push_back(own.LogRatio());
   for (size_t i = 0; i < points.size(); ++i) {
     if (surfaces[i] >= 0) ratios[i] = of_surfaces[surfaces[i]];
   }

@@ -17,7 +17,7 @@ namespace {
 constexpr double kLeastScale = 1.0;
 constexpr double kScaleShare = 0.25;
 constexpr double kFitsOne = 0.05;  // mean cost below which one motion suffices
-constexpr int kRounds = 8;
+constexpr int kSplitRounds = 8;
 constexpr double kOnePiece = 0.7;
 constexpr double kLeastHeldOfBoth = 0.4;
 constexpr double kAllowedPixels = 1.5;
@@ -91,7 +91,7 @@ bool HaveEnough(const Labels& labels, int min_cells) {
 Split SplitFrom(const Held& held, cv::Size grid, Labels start, double scale, int min_cells) {
   Split split;
   split.labels = std::move(start);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSplitRounds; ++round) {
     if (!HaveEnough(split.labels, min_cells)) return {};
     for (const uint8_t part : {0, 1}) {
       split.motions[part] = FitPart(held, split.labels, part, scale);

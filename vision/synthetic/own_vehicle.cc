@@ -26,12 +26,12 @@ bool InBracket(cv::Size size, double x, double y) {  // (SO2)
 
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 
-struct Lettering {
+struct LetteringPlace {
   double scale;
   int thickness;
 };
 
-Lettering LetteringFor(cv::Size size) {
+LetteringPlace LetteringFor(cv::Size size) {
   return {size.height / 720.0, std::max(1, size.height / 360)};
 }
 
@@ -41,7 +41,7 @@ std::string StampText(double seconds) {
 }
 
 cv::Rect StampBox(cv::Size size) {
-  const Lettering lettering = LetteringFor(size);
+  const LetteringPlace lettering = LetteringFor(size);
   const cv::Size text =
       cv::getTextSize(StampText(0.0), kFont, lettering.scale, lettering.thickness, nullptr);
   return cv::Rect(text.height / 2, text.height / 2, text.width + 6, 2 * text.height) &
@@ -114,7 +114,7 @@ void OwnVehicle::Cover(cv::Mat* radiance) const {
 
 void OwnVehicle::Stamp(double seconds, cv::Mat* image) const {
   const cv::Rect box = StampBox(size_);
-  const Lettering lettering = LetteringFor(size_);
+  const LetteringPlace lettering = LetteringFor(size_);
   (*image)(box).setTo(cv::Scalar(20, 20, 20));
   cv::putText(*image, StampText(seconds), cv::Point(box.x + 2, box.y + box.height * 3 / 4), kFont,
               lettering.scale, cv::Scalar(240, 240, 240), lettering.thickness, cv::LINE_AA);

@@ -37,12 +37,12 @@ std::vector<Primitive> MovableAt(const Scene& scene, double seconds, const Eigen
   return primitives;
 }
 
-Eigen::AlignedBox2d Around(const Eigen::Vector2d& centre, double reach) {
+Eigen::AlignedBox2d BoxAround(const Eigen::Vector2d& centre, double reach) {
   return {centre - Eigen::Vector2d::Constant(reach), centre + Eigen::Vector2d::Constant(reach)};
 }
 
 Eigen::AlignedBox2d Plan(const std::vector<AlignedBox3d>& bounds) {
-  Eigen::AlignedBox2d plan = Around(Eigen::Vector2d::Zero(), 1.0);
+  Eigen::AlignedBox2d plan = BoxAround(Eigen::Vector2d::Zero(), 1.0);
   for (const AlignedBox3d& box : bounds) {
     plan.extend(box.min().head<2>());
     plan.extend(box.max().head<2>());
@@ -84,7 +84,7 @@ RayCaster::RayCaster(const Scene& scene, const SceneIndex& index, double seconds
       pose_(scene.camera.At(seconds)),
       movable_(MovableAt(scene, seconds, pose_.centre.head<2>())),
       movable_bounds_(BoundsOf(movable_)),
-      movable_shadows_(movable_bounds_, scene.light.to_sun, Around(pose_.centre.head<2>(), 90.0),
+      movable_shadows_(movable_bounds_, scene.light.to_sun, BoxAround(pose_.centre.head<2>(), 90.0),
                        kShadowCellMetres),
       visibility_(index.bounds, movable_bounds_, pinhole_.intrinsics, pose_, pinhole_.width,
                   pinhole_.height, kFarMetres) {

@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFewestPlaces = 20;
-constexpr double kShowing = 3.0;        // least measurable parallax, in deviations
+constexpr int kFewestSharedPlaces = 20;
+constexpr double kMeasurable = 3.0;     // least measurable parallax, in deviations
 constexpr double kMostOnward = 1.5;     // bounds of (CS2): this and its inverse
 constexpr double kOnwardError = 0.05;   // deviation of the logarithm of (CS2)
 constexpr double kUnknownOnward = 0.1;  // of the change of log length without (CS2)
@@ -42,7 +42,7 @@ double LengthRatio(const StepViews& views, const Pinhole& camera) {
   int count = 0;
   for (const PlaceOnBothSides& place : views.places) {
     const Depth a = DepthOf(*views.ahead, camera, place.ahead);
-    if (!(a.deviation > 0.0 && a.inverse > kShowing * a.deviation)) continue;
+    if (!(a.deviation > 0.0 && a.inverse > kMeasurable * a.deviation)) continue;
     const PointPair back{place.behind.x2, place.behind.y2, place.behind.x1, place.behind.y1};
     const Depth b = DepthOf(behind, camera, back);
     if (!(b.deviation > 0.0)) continue;
@@ -51,7 +51,7 @@ double LengthRatio(const StepViews& views, const Pinhole& camera) {
     square += weight * a.inverse * a.inverse;
     ++count;
   }
-  return count >= kFewestPlaces && product > 0.0 ? product / square : 0.0;
+  return count >= kFewestSharedPlaces && product > 0.0 ? product / square : 0.0;
 }
 
 struct Gaussian {

@@ -2,6 +2,7 @@
 // report.
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "absl/strings/str_format.h"

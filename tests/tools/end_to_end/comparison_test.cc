@@ -1,6 +1,7 @@
 // Evaluation of a run and of many drives, as a user runs it.
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"

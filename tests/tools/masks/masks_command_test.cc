@@ -1,5 +1,6 @@
 #include "tools/masks/masks_command.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <fstream>

@@ -1,0 +1,30 @@
+"""Libraries whose sources are compiled several at a time."""
+
+def _unit_impl(ctx):
+    unit = ctx.actions.declare_file(ctx.label.name + ".cc")
+    ctx.actions.write(unit, "".join(['#include "%s"\n' % source.short_path for source in ctx.files.srcs]))
+    return DefaultInfo(files = depset([unit]))
+
+_unit = rule(
+    implementation = _unit_impl,
+    attrs = {"srcs": attr.label_list(allow_files = [".cc"])},
+)
+
+def unit_library(name, srcs, hdrs, deps, sources_per_unit = 6):
+    """A cc_library: most of a source's time is that of reading headers, and a unit reads them once.
+
+    Names of anonymous namespaces must differ within a library.
+    """
+    sources = [source for source in srcs if source.endswith(".cc")]
+    units = []
+    for first in range(0, len(sources), sources_per_unit):
+        unit = "%s_unit_%d" % (name, first // sources_per_unit)
+        _unit(name = unit, srcs = sources[first:first + sources_per_unit])
+        units.append(unit)
+    native.cc_library(
+        name = name,
+        srcs = units + [source for source in srcs if not source.endswith(".cc")],
+        hdrs = hdrs,
+        textual_hdrs = sources,
+        deps = deps,
+    )
