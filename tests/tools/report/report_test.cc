@@ -77,7 +77,7 @@ TEST(MakeCharts, TellWhereInTheDriveNothingWasLearnt) {
 
 TEST(MakeReportPage, TellsThatPicturesLieFarApart) {
   ReportContent content;
-  content.description.flags["features"] = "auto";
+  content.description.flags["front_end"] = "default";
   content.lines = Lines(5);
   for (FrameLine& line : content.lines) line.features = line.matches = 100;
   EXPECT_THAT(MakeReportPage(content), Not(HasSubstr("too far apart")));
