@@ -151,6 +151,7 @@ std::string ConfigText(const CLI::App& app) {
            app.config_to_str(/*default_also=*/true, /*write_description=*/true), "\n\n")) {
     const absl::string_view line = absl::StripAsciiWhitespace(entry);
     // An empty list is [] to CLI11 2.3 and {} to 2.4.
+    if (absl::EndsWith(line, " Options")) continue;  // a group's heading
     if (!absl::EndsWith(line, "=\"\"") && !absl::EndsWith(line, "=\"[]\"") &&
         !absl::EndsWith(line, "=\"{}\"")) {
       const size_t place = line.find(key);
@@ -254,6 +255,7 @@ std::string CommandLine::WriteManual(std::string (*write)(const ManualProgram&))
   for (const auto& command : commands_) {
     apps.push_back(std::make_unique<CLI::App>(command->summary(), command->name()));
     AddAllFlags(*command, *apps.back(), print_config);
+    HideSettings(*apps.back());
     manual.commands.push_back(
         {command->name(), command->summary(), command->example(), apps.back().get()});
   }
@@ -354,6 +356,7 @@ int CommandLine::RunCommand(Command& command, const std::string& name,
     err << ErrorLine(result.status().message()) << "\n";
     return static_cast<int>(ExitCodeForStatus(result.status()));
   } catch (const CLI::CallForHelp&) {
+    HideSettings(app);
     out << app.help();
     return static_cast<int>(ExitCode::kDone);
   } catch (const CLI::ParseError& error) {

@@ -1,5 +1,5 @@
 // Research settings of a command: the table [research] of --config, and --set NAME=VALUE. To CLI11
-// each is a flag of its own, --research.NAME, which --help does not list.
+// each is a flag of its own, --research.NAME, in a group that --help does not list.
 #ifndef EGOSIEVE_TOOLS_CLI_RESEARCH_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_RESEARCH_FLAG_H_
 
@@ -19,6 +19,13 @@ inline void AddSetFlag(CLI::App& app) {
                  "lists all. May be repeated")
       ->type_name("NAME=VALUE")
       ->configurable(false);
+}
+
+// Leaves the settings out of what lists flags.
+inline void HideSettings(CLI::App& app) {
+  for (CLI::Option* option : app.get_options()) {
+    if (option->get_group() == kResearchTable) option->group("");
+  }
 }
 
 }  // namespace egosieve::tools

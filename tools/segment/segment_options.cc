@@ -93,7 +93,7 @@ SegmentOption Switch(Kind kind, std::string name, std::string help, Member membe
   return option;
 }
 
-// Not told in run.json.
+// Not told: run.json has what the file gives.
 template <typename Member>
 SegmentOption File(Kind kind, std::string name, std::string type, std::string help, Member member) {
   return {kind,
@@ -102,11 +102,12 @@ SegmentOption File(Kind kind, std::string name, std::string type, std::string he
           std::move(help),
           {},
           [member](const std::string& text, Settings& s) { member(s) = text; },
-          [](const Settings&) { return std::string(); }};
+          [member](const Settings& s) { return member(s); },
+          /*is_told=*/false};
 }
 
 SegmentOption Untold(SegmentOption option) {
-  option.get = [](const Settings&) { return std::string(); };
+  option.is_told = false;
   return option;
 }
 
@@ -395,7 +396,7 @@ void GivenOptions::AddFlags(CLI::App& app) {
       app.add_flag_function(
              absl::StrCat("--", option.name, is_on ? ",!--no_" + option.name : ""),
              [&given](int64_t count) { given = count > 0 ? "on" : "off"; }, option.help)
-          ->default_str(is_on ? "true" : "false")
+          ->default_str(is_on ? "true" : "")
           ->option_text(is_on ? "(default: on)" : "");
       continue;
     }
@@ -406,7 +407,7 @@ void GivenOptions::AddFlags(CLI::App& app) {
         ->check(option.check)
         ->type_name(option.type)
         ->default_str(is_research ? option.get(SettingsOf("default")) : CommonDefault(option))
-        ->group(is_research ? "" : "Options");
+        ->group(is_research ? kResearchTable : "Options");
   }
   AddSetFlag(app);
 }
@@ -428,7 +429,7 @@ std::map<std::string, std::string> DescribeSettings(const SegmentSettings& setti
   std::map<std::string, std::string> described;
   for (const SegmentOption& option : SegmentOptions()) {
     const std::string value = option.get(settings);
-    if (!value.empty()) described[option.name] = value;
+    if (option.is_told && !value.empty()) described[option.name] = value;
   }
   return described;
 }

@@ -37,8 +37,9 @@ struct SegmentOption {
   std::string help;
   CLI::Validator check;
   std::function<void(const std::string& text, SegmentSettings& settings)> set;  // after `check`
-  // The value in run.json; empty: it is not told, and a continued run may have another.
   std::function<std::string(const SegmentSettings& settings)> get;
+  // Whether run.json tells it, unless it is empty; a continued run then has the same.
+  bool is_told = true;
 };
 
 const std::vector<SegmentOption>& SegmentOptions();
@@ -56,7 +57,7 @@ class GivenOptions {
   std::map<std::string, std::string> given_;  // empty: not given
 };
 
-// The value of every option, as `SegmentOption::get` tells it. Runs with the same have the same
+// The value of every option that is told. Runs with the same have the same
 // maps, whether a value was given or came from the profile.
 std::map<std::string, std::string> DescribeSettings(const SegmentSettings& settings);
 

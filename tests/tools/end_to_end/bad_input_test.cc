@@ -309,15 +309,15 @@ TEST_F(BadInput, FlagsThatAreNone) {
   ExpectRefused(Segment(input_, {"--frobnicate"}), 2, "--frobnicate");
   ExpectRefused(Segment(input_, {"--stride=0"}), 2, "--stride: 0 is not from 1 to 1000");
   ExpectRefused(Segment(input_, {"--stride=five"}), 2, "--stride");
-  ExpectRefused(Segment(input_, {"--window=4"}), 2, "window");
+  ExpectRefused(Segment(input_, {"--set=window=4"}), 2, "window");
   ExpectRefused(Segment(input_, {"--profile=best"}), 2, "'best' is none of default, paper");
   ExpectRefused(Segment(input_, {"--from=5", "--to=3"}), 2, "--to=3");
   ExpectRefused(Segment(input_, {"--from=99"}), 3, "has 2 frames");
   ExpectRefused(Segment(input_, {"--to=-5"}), 2, "--to: -5 is less than -1");
   ExpectRefused(Segment(input_, {"--seed=-3"}), 2, "--seed: -3 is less than 0");
   ExpectRefused(Segment(input_, {"--device=abacus"}), 2, "abacus");
-  ExpectRefused(Segment(input_, {"--covariance=matern5"}), 2, "functions are arcsine, constant");
-  ExpectRefused(Segment(input_, {"--covariance=white + constant"}), 2,
+  ExpectRefused(Segment(input_, {"--set=covariance=matern5"}), 2, "functions are arcsine, constant");
+  ExpectRefused(Segment(input_, {"--set=covariance=white + constant"}), 2,
                 "does not depend on the inputs");
   const ProgramOutcome no_out = RunProgram({"segment", input_});
   EXPECT_EQ(no_out.code, 2);
