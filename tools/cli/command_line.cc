@@ -77,7 +77,8 @@ std::string DescribeUnknownFlag(const CLI::App& app) {
   for (const std::string& argument : app.remaining()) {
     if (absl::StartsWith(argument, "-")) {
       const std::string flag(absl::StripAsciiWhitespace(argument.substr(0, argument.find('='))));
-      const std::string research = DescribeResearch(app, flag.substr(flag.find_first_not_of('-')));
+      const std::string research =
+          DescribeResearch(app, std::string(absl::StripPrefix(flag, "--")));
       if (!research.empty()) return flag + research;
       return absl::StrCat("unknown flag ", flag, "; ", DidYouMean(flag, LongFlags(app)));
     }

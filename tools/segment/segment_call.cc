@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/output_folder.h"
 #include "tools/cli/warning.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/run_folder.h"
@@ -31,7 +32,8 @@ void SegmentCall::AddFlags(CLI::App& app) {
       ->required()
       ->type_name("")
       ->configurable(false);
-  app.add_option("-o,--out", directory, "The run folder to write")->required()->type_name("DIR");
+  app.add_option("-o,--out", directory, "The run folder to write; default: out/NAME of INPUT")
+      ->type_name("DIR");
   app.add_flag("--overwrite", overwrite, "Replace the run that the folder holds");
   app.add_flag("--resume", resume,
                "Continue the run that the folder holds, with the bytes of an uninterrupted run; "
@@ -50,6 +52,7 @@ void SegmentCall::AddFlags(CLI::App& app) {
 
 absl::Status SegmentCall::Resolve(int thread_count) {
   settings = given.MakeSettings();
+  if (directory.empty()) directory = DefaultFolder(input);
   settings.segmenter.labeller.threads = thread_count;
   EGOSIEVE_RETURN_IF_ERROR(settings.schedule.range.Validate());
   if (overwrite && resume) {

@@ -19,7 +19,7 @@ namespace egosieve::tools {
 
 struct SegmentCall {
   std::string input;
-  std::string directory;            // the run folder
+  std::string directory;            // the run folder; not empty after Resolve
   bool overwrite = false;           // replace the run that the folder holds
   bool resume = false;              // continue it
   bool record = false;              // keep a stream's pictures

@@ -229,10 +229,10 @@ TEST_F(Resume, AnInterruptionEndsBetweenFramesAndSaysSo) {
   }
 }
 
-// Another profile and the other model: likewise.
+// Another profile, and a run with the second model: likewise.
 TEST_F(Resume, OfAnyModelAndMode) {
   for (const std::vector<std::string>& mode :
-       {std::vector<std::string>{"--profile=fast"}, std::vector<std::string>{"--set=model=exact"}}) {
+       {std::vector<std::string>{"--profile=fast"}, std::vector<std::string>{"--potential"}}) {
     std::vector<std::string> arguments = Arguments(whole_, mode);
     arguments.push_back("--overwrite");
     ASSERT_EQ(RunProgram(arguments).code, 4);
@@ -258,7 +258,8 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
       0);
   fs::rename(root_ + "/street/frames", root_ + "/frames");
   ASSERT_EQ(
-      RunProgram(Arguments(whole_, {"--set=frame_gap=auto", "--no_first_pass", "--overwrite"})).code,
+      RunProgram(Arguments(whole_, {"--set=frame_gap=auto", "--no_first_pass", "--overwrite"}))
+          .code,
       0);
   const std::vector<FrameLine> lines = *RunFolder::Open(whole_)->ReadLines();
   ASSERT_EQ(lines.size(), static_cast<size_t>(kFrames));
@@ -266,8 +267,9 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
   for (size_t i = 6; i < lines.size(); ++i) late_gaps.insert(lines[i].frame_gap);
   ASSERT_GE(late_gaps.size(), 2u) << "the gap stays, and shows nothing";
   const auto resume = [&] {
-    EXPECT_EQ(RunProgram(Arguments(run_, {"--set=frame_gap=auto", "--no_first_pass", "--resume"})).code,
-              0);
+    EXPECT_EQ(
+        RunProgram(Arguments(run_, {"--set=frame_gap=auto", "--no_first_pass", "--resume"})).code,
+        0);
     return CompareRuns(whole_, run_);
   };
   for (const int frame : {8, 12, 17}) {
