@@ -20,9 +20,9 @@ bool StartsWithAny(absl::string_view line, std::initializer_list<absl::string_vi
 // elsewhere, which there is none of: compilers that do not inline refuse the program.
 TEST(Sources, NoFunctionIsInlineAlone) {
   int functions = 0;
-  for (const char* file : {"common.cl", "covariance.cl", "covariance_gradient.cl",
-                           "dense_posterior.cl", "dense_posterior_local.cl", "image.cl",
-                           "posterior_outputs.cl", "roofline.cl"}) {
+  for (const char* file :
+       {"common.cl", "covariance.cl", "covariance_gradient.cl", "dense_posterior.cl",
+        "dense_posterior_local.cl", "image.cl", "posterior_outputs.cl", "roofline.cl"}) {
     const std::string text(cl_sources::Text(file));
     ASSERT_FALSE(text.empty()) << file;
     for (const absl::string_view line : absl::StrSplit(text, '\n')) {
