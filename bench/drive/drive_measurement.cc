@@ -107,7 +107,8 @@ absl::StatusOr<DriveMeasurement> MeasureDrive(std::shared_ptr<kernels::Context> 
   EGOSIEVE_ASSIGN_OR_RETURN(const vision::FrameRead first, source.Next());
   const cv::Mat& image = std::get<vision::Frame>(first).image;
   description.grid = {image.cols, image.rows, options.stride_pixels};
-  EGOSIEVE_ASSIGN_OR_RETURN(auto writer, tools::DriveWriter::Start(folder, description));
+  EGOSIEVE_ASSIGN_OR_RETURN(auto writer,
+                            tools::DriveWriter::Start(folder, description, description.device));
   vision::PipelineOptions pipeline;
   pipeline.overlap = options.labeller.threads > 1;
   pipeline.checkpoint_interval = 25;
@@ -143,7 +144,8 @@ absl::StatusOr<std::string> CompareWithOneThread(std::shared_ptr<kernels::Contex
       const tools::RunFolder folder,
       tools::RunFolder::Create(absl::StrCat(directory, "-one-thread"), /*overwrite=*/false));
   EGOSIEVE_ASSIGN_OR_RETURN(const tools::RunDescription description, whole.ReadDescription());
-  EGOSIEVE_ASSIGN_OR_RETURN(auto writer, tools::DriveWriter::Start(folder, description));
+  EGOSIEVE_ASSIGN_OR_RETURN(auto writer,
+                            tools::DriveWriter::Start(folder, description, description.device));
   vision::PipelineOptions pipeline;
   pipeline.overlap = false;
   pipeline.end_frame = count;

@@ -71,11 +71,11 @@ class BatchCommand : public Command {
         ->default_str("")
         ->type_name("")
         ->configurable(false);
-    app.add_option("--out", given_.out,
+    app.add_option("-o,--out", given_.out,
                    "The folder for the run folders, which go by the drives' names; of a manifest "
                    "for drives that name none")
         ->type_name("DIR");
-    app.add_option("--jobs", jobs_, "Tasks at the same time, which share the threads")
+    app.add_option("-j,--jobs", jobs_, "Tasks at the same time, which share the threads")
         ->check(Between(1, 256))
         ->type_name("NUMBER");
     app.add_option("--then", given_.then,

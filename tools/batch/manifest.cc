@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -67,8 +68,10 @@ absl::StatusOr<Json> ParseFlags(const std::vector<std::string>& words) {
       return absl::InvalidArgumentError(
           absl::StrCat("'", word, "' is no flag; write flags as --name=value"));
     }
-    const std::vector<std::string> parts = absl::StrSplit(word, absl::MaxSplits('=', 1));
-    flags[parts.front()] = parts.size() == 2 ? parts.back() : "true";
+    // "set=NAME" is a name, too.
+    const size_t end = word.find('=', absl::StartsWith(word, "set=") ? 4 : 0);
+    flags[std::string(word.substr(0, end))] =
+        end == word.npos ? "true" : std::string(word.substr(end + 1));
   }
   return flags;
 }
@@ -126,6 +129,10 @@ absl::StatusOr<Json> SettingsIn(const std::string& where, const Json& table) {
       status = SetThen(where, value, settings);
     } else if (key == "cuts") {
       status = SetCuts(where, value, settings);
+    } else if (key == "research" && value.is_object()) {
+      Json flags = Json::object();
+      for (const auto& [name, setting] : value.items()) flags[absl::StrCat("set=", name)] = setting;
+      status = AddFlags(where, flags, "flags", settings);
     } else if (key == "flags" || IsFollowing(key)) {
       status = AddFlags(where, value, key, settings);
     } else if (value.is_object()) {

@@ -14,6 +14,7 @@
 #include "absl/strings/strip.h"
 #include "kernels/base/exception_status.h"
 #include "tools/cli/config_file.h"
+#include "tools/cli/research_flag.h"
 
 namespace egosieve::tools {
 namespace {
@@ -47,11 +48,39 @@ std::vector<std::string> LongFlags(const CLI::App& app) {
   return flags;
 }
 
+// `name`, without dashes, of a flag or key that is unknown; "" unless it is a research setting.
+std::string DescribeResearch(const CLI::App& app, const std::string& name) {
+  if (app.get_option_no_throw(kResearchFlag + name) == nullptr) return "";
+  return absl::StrCat(" is a research setting now: ", kSetFlag, " ", name,
+                      "=VALUE, or in the table [", kResearchTable, "] of --config; ");
+}
+
+// Names of flags with underscores, and a research setting as the flag that it is to CLI11.
+void Unify(const CLI::App& app, std::vector<std::string>& arguments) {
+  const bool has_settings = app.get_option_no_throw(kSetFlag) != nullptr;
+  for (size_t i = 0; i < arguments.size() && arguments[i] != "--"; ++i) {
+    std::string& argument = arguments[i];
+    if (!absl::StartsWith(argument, "--")) continue;
+    std::replace(argument.begin() + 2, std::find(argument.begin(), argument.end(), '='), '-', '_');
+    if (!has_settings || argument.substr(0, argument.find('=')) != kSetFlag) continue;
+    if (argument == kSetFlag) {
+      if (i + 1 == arguments.size() || absl::StartsWith(arguments[i + 1], "-")) continue;
+      argument = absl::StrCat(kSetFlag, "=", arguments[i + 1]);
+      arguments.erase(arguments.begin() + i + 1);
+    }
+    const std::string setting = arguments[i].substr(std::string(kSetFlag).size() + 1);
+    arguments[i] = absl::StrCat(kResearchFlag, setting, absl::StrContains(setting, '=') ? "" : "=");
+  }
+}
+
 // An error message; "" if every given flag is known.
 std::string DescribeUnknownFlag(const CLI::App& app) {
   for (const std::string& argument : app.remaining()) {
     if (absl::StartsWith(argument, "-")) {
       const std::string flag(absl::StripAsciiWhitespace(argument.substr(0, argument.find('='))));
+      const std::string research =
+          DescribeResearch(app, std::string(absl::StripPrefix(flag, "--")));
+      if (!research.empty()) return flag + research;
       return absl::StrCat("unknown flag ", flag, "; ", DidYouMean(flag, LongFlags(app)));
     }
   }
@@ -89,6 +118,8 @@ std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error
   }
   if (dynamic_cast<const CLI::ConfigError*>(&error) != nullptr) {
     const std::string key(absl::StripPrefix(message, "INI was not able to parse "));
+    const std::string research = DescribeResearch(app, key);
+    if (!research.empty()) return absl::StrCat("'", key, "' in the file of --config", research);
     return absl::StrCat("unknown key '", key, "' in the file of --config; ",
                         DidYouMean("--" + key, LongFlags(app)));
   }
@@ -113,19 +144,30 @@ std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error
   return absl::StrCat(message, "; ");
 }
 
-// The flags as a file for --config, without those that have no value.
+// The flags as a file for --config, without those that have no value. The table of research settings
+// tells all; those that are not given are comments.
 std::string ConfigText(const CLI::App& app) {
-  std::string text;
+  const std::string key = absl::StrCat("\n", kResearchTable, ".");
+  std::string text, research;
   for (const absl::string_view entry : absl::StrSplit(
            app.config_to_str(/*default_also=*/true, /*write_description=*/true), "\n\n")) {
     const absl::string_view line = absl::StripAsciiWhitespace(entry);
     // An empty list is [] to CLI11 2.3 and {} to 2.4.
+    if (absl::EndsWith(line, " Options")) continue;  // a group's heading
     if (!absl::EndsWith(line, "=\"\"") && !absl::EndsWith(line, "=\"[]\"") &&
         !absl::EndsWith(line, "=\"{}\"")) {
-      absl::StrAppend(&text, absl::StripAsciiWhitespace(entry), "\n\n");
+      const size_t place = line.find(key);
+      if (place == line.npos) {
+        absl::StrAppend(&text, line, "\n\n");
+        continue;
+      }
+      const std::string setting(line.substr(place + key.size()));
+      const std::string flag = kResearchFlag + setting.substr(0, setting.find('='));
+      absl::StrAppend(&research, "\n", line.substr(0, place),
+                      app.get_option(flag)->count() > 0 ? "\n" : "\n# ", setting, "\n");
     }
   }
-  return text;
+  return research.empty() ? text : absl::StrCat(text, "[", kResearchTable, "]\n", research);
 }
 
 // Reading a pipe would block until something is written to it.
@@ -139,6 +181,11 @@ CLI::Validator NoPipe() {
                    : absl::StrCat(path, " is no regular file");
       },
       "");
+}
+
+// A research setting by the name that its user gave.
+std::string AsSetFlag(const std::string& message) {
+  return absl::StrReplaceAll(message, {{kResearchFlag, absl::StrCat(kSetFlag, " ")}});
 }
 
 std::string Indented(const std::string& lines) {
@@ -210,6 +257,7 @@ std::string CommandLine::WriteManual(std::string (*write)(const ManualProgram&))
   for (const auto& command : commands_) {
     apps.push_back(std::make_unique<CLI::App>(command->summary(), command->name()));
     AddAllFlags(*command, *apps.back(), print_config);
+    HideSettings(*apps.back());
     manual.commands.push_back(
         {command->name(), command->summary(), command->example(), apps.back().get()});
   }
@@ -283,6 +331,7 @@ int CommandLine::RunCommand(Command& command, const std::string& name,
   bool print_config = false;
   AddAllFlags(command, app, print_config);
 
+  Unify(app, arguments);
   if (std::find(arguments.begin(), arguments.end(), "--print_config") != arguments.end()) {
     for (CLI::Option* option : app.get_options()) {
       option->required(false);
@@ -290,8 +339,8 @@ int CommandLine::RunCommand(Command& command, const std::string& name,
   }
 
   if (const std::string flag = FlagWithoutValue(app, arguments); !flag.empty()) {
-    err << ErrorLine(absl::StrCat(flag, " has no value; give one as ", flag, "=VALUE; see ", name,
-                                  " --help"))
+    err << ErrorLine(AsSetFlag(absl::StrCat(flag, " has no value; give one as ", flag,
+                                            "=VALUE; see ", name, " --help")))
         << "\n";
     return static_cast<int>(ExitCode::kUsage);
   }
@@ -309,10 +358,13 @@ int CommandLine::RunCommand(Command& command, const std::string& name,
     err << ErrorLine(result.status().message()) << "\n";
     return static_cast<int>(ExitCodeForStatus(result.status()));
   } catch (const CLI::CallForHelp&) {
+    HideSettings(app);
     out << app.help();
     return static_cast<int>(ExitCode::kDone);
   } catch (const CLI::ParseError& error) {
-    err << ErrorLine(absl::StrCat(DescribeParseError(app, error), "see ", name, " --help")) << "\n";
+    err << ErrorLine(
+               absl::StrCat(AsSetFlag(DescribeParseError(app, error)), "see ", name, " --help"))
+        << "\n";
     return static_cast<int>(ExitCode::kUsage);
   } catch (...) {
     err << ErrorLine(kernels::CurrentExceptionStatus().message()) << "\n";

@@ -5,6 +5,8 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "tools/cli/research_flag.h"
 #include "tools/cli/toml_entries.h"
 
 namespace egosieve::tools {
@@ -22,7 +24,11 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const 
     if (entry.values.empty()) continue;  // []: not given
     CLI::ConfigItem item;
     item.parents.assign(entry.path.begin(), entry.path.end() - 1);
-    item.name = entry.path.back();
+    item.name = absl::StrReplaceAll(entry.path.back(), {{"-", "_"}});
+    if (item.parents == std::vector<std::string>{kResearchTable}) {
+      item.parents.clear();
+      item.name = absl::StrCat(kResearchTable, ".", item.name);
+    }
     item.inputs = entry.values;
     items.push_back(item);
   }

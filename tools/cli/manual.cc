@@ -67,6 +67,7 @@ std::string FlagEntry(const CLI::Option& option) {
 std::string CommandSection(const std::string& program, const ManualCommand& command) {
   std::string arguments, positionals, flags;
   for (const CLI::Option* option : command.app->get_options()) {
+    if (option->get_group().empty()) continue;  // not listed
     if (!option->get_positional()) {
       if (!NamesOf(*option).empty()) absl::StrAppend(&flags, FlagEntry(*option));
       continue;
@@ -88,6 +89,7 @@ std::string CommandSection(const std::string& program, const ManualCommand& comm
 std::string FlagNames(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options()) {
+    if (option->get_group().empty()) continue;  // not listed
     for (const std::string& name : option->get_lnames()) {
       names.push_back(absl::StrCat("--", name, TakesValue(*option) ? "=" : ""));
     }

@@ -9,7 +9,7 @@
 
 namespace egosieve::tools {
 void ThreadsFlag::AddFlag(CLI::App& app) {
-  app.add_option("--threads", threads_,
+  app.add_option("-j,--threads", threads_,
                  "Threads on the host and on a CPU as device; 1: the stages do not overlap either; "
                  "0: $EGOSIEVE_THREADS, else the processors that affinity and "
                  "control groups allow. The output is the same")

@@ -5,7 +5,7 @@
     tools/evaluate/compare.py drive/frames --truth=drive/masks --out=out/compare
 
 INPUT is a folder of pictures with --truth, or a folder of sequences, each with frames/ and masks/,
-labels/ or tracks.csv. `egosieve segment --dump_features` gives every method the same labelled
+labels/ or tracks.csv. `egosieve segment --set dump_features=DIR` gives every method the same labelled
 places and the same grid. Needs Debian's python3-sklearn, python3-opencv and python3-numpy.
 
     arcsine, squared_exponential   the segmenter with either covariance
@@ -49,7 +49,7 @@ STATIC, FUNDAMENTAL = 1, 3  # `kind` of a dump
 
 
 class Dump:
-    """A frame's file of --dump_features; shapes are those of tools/segment/feature_dump.h."""
+    """A frame's file of dump_features; shapes are those of tools/segment/feature_dump.h."""
 
     def __init__(self, path):
         arrays = np.load(path)
@@ -252,7 +252,7 @@ def segmented(options, source, folder, covariance):
     about = run / "run.json"
     if not about.exists() or json.loads(about.read_text())["ended"] != "done":
         words = [options.program.resolve(), "segment", source, f"--out={run}",
-                 f"--covariance={covariance}", f"--dump_features={folder / 'features'}",
+                 f"--set=covariance={covariance}", f"--set=dump_features={folder / 'features'}",
                  f"--max_frames={options.max_frames}", "--overwrite", "--progress=none", *options.segment_flags.split()]  # fmt: skip
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         if done.returncode not in (0, 4):

@@ -73,7 +73,7 @@ def score_further(run, truth, options):
     boxes = read_boxes(truth["boxes"]) if "boxes" in truth else None
     if boxes is not None or "own_vehicle" in truth:
         _score_maps(run, boxes, truth.get("own_vehicle"), options, scores)
-    if "potential" in run.description["flags"] and ("scene" in truth or boxes is not None):
+    if run.flag("potential", "off") != "off" and ("scene" in truth or boxes is not None):
         _score_potential(run, truth.get("scene"), boxes, options, scores)
     camera = trajectory.read_camera(truth["camera"]) if "camera" in truth else None
     if "poses" in truth and run.file("trajectory.txt").exists():

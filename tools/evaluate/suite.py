@@ -82,7 +82,7 @@ def parse_variants(profiles, variants):
         parsed = re.fullmatch(r"([\w+-]+)=(.*)", text, re.ASCII | re.DOTALL)
         if not parsed:
             raise UsageError(f'variant "{text}" is not NAME=FLAGS, NAME of letters, digits, _, - '
-                             'and +; write, say, "line=--evidence=epipolar"')
+                             'and +; write, say, "line=--set=evidence=epipolar"')
         pairs.append((parsed[1], parsed[2].split()))
     names = [name for name, _ in pairs]
     if not names:

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
+#include "tools/cli/output_folder.h"
 #include "tools/reconstruct/full_maps.h"
 
 namespace egosieve::tools {
@@ -23,8 +24,8 @@ void MasksFlags::AddFlags(CLI::App& app) {
       ->required()
       ->type_name("")
       ->configurable(false);
-  app.add_option("--out", options.out, "The folder to write the masks to")
-      ->required()
+  app.add_option("-o,--out", options.out,
+                 "The folder to write the masks to; default: out/NAME.masks of INPUT")
       ->type_name("DIR");
   AddWords(app, "--for", options.format, MaskFormatWords(), "The program that reads the masks");
   app.add_option("--dilate", options.mask.dilate_pixels,
@@ -105,6 +106,7 @@ void MasksFlags::AddRunFlags(CLI::App& app) {
 }
 
 absl::Status MasksFlags::Resolve() {
+  if (options.out.empty()) options.out = DefaultFolder(input) + ".masks";
   if (unsure == Treatment::kMask) {
     if (options.mask.threshold) {
       return absl::InvalidArgumentError(

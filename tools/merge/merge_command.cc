@@ -64,7 +64,7 @@ class MergeCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(WriteTrajectory(target));
     result_.Tell(name(), {{"run", directory_}, {"maps", taken}},
                  absl::StrFormat("%d maps taken over into %s\n", taken, directory_));
-    Warn(DescribeMissingMaps(target, description, lines));
+    Warn(DescribeMissingMaps(target, lines));
     return ExitCode::kDone;
   }
 

@@ -51,7 +51,7 @@ class ReconstructCommand : public Command {
     flags_.result.Tell(
         name(), {{"run", folder.path()}, {"frames", run->frames()}},
         absl::StrFormat("%d frames reconstructed in %s\n", run->frames(), folder.path()));
-    Warn(DescribeMissingMaps(folder, description, lines));
+    Warn(DescribeMissingMaps(folder, lines));
     const auto unreadable = std::count_if(lines.begin(), lines.end(), [](const FrameLine& line) {
       return line.outcome == FrameLine::Outcome::kFailed;
     });

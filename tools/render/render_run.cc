@@ -60,7 +60,7 @@ class RenderRun {
     }
     options_.result.Tell("render", {{"run", folder.path()}, {"frames", frames_}, {"video", video}},
                          text);
-    Warn(DescribeMissingMaps(folder, description, lines));
+    Warn(DescribeMissingMaps(folder, lines));
     return failed_ > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
 

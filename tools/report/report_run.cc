@@ -66,8 +66,7 @@ absl::Status AddPictures(const ReportOptions& options, const RunFolder& folder,
     Warn(what);
     content.picture_notes.emplace_back(what);
   };
-  if (const std::string missing = DescribeMissingMaps(folder, content.description, content.lines);
-      !missing.empty()) {
+  if (const std::string missing = DescribeMissingMaps(folder, content.lines); !missing.empty()) {
     tell(missing);
   }
   const std::vector<FrameLine> lines = ChoosePictures(content.lines, options.pictures);

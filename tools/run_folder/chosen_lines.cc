@@ -15,11 +15,7 @@ bool LacksMap(const FrameLine& line) {
 }
 
 // The command that makes the missing maps.
-std::string Remedy(const RunFolder& folder, const RunDescription& description) {
-  const auto every = description.flags.find("every");
-  if (every != description.flags.end() && every->second != "1") {
-    return "egosieve segment, without --every,";
-  }
+std::string Remedy(const RunFolder& folder) {
   return absl::StrCat("egosieve segment --resume --out=", folder.path(),
                       " with its input and flags");
 }
@@ -36,7 +32,7 @@ absl::Status CheckFiles(const RunFolder& folder, const RunDescription& descripti
   return absl::DataLossError(
       absl::StrCat("the map of frame ", first->index, " in ", folder.path(), " is missing or empty",
                    others > 0 ? absl::StrCat(", as are ", others, " others") : "",
-                   "; make it again: ", Remedy(folder, description)));
+                   "; make it again: ", Remedy(folder)));
 }
 
 }  // namespace
@@ -73,7 +69,7 @@ absl::Status CheckMaps(const RunFolder& folder, const RunDescription& descriptio
   }
   return absl::FailedPreconditionError(
       absl::StrCat("the run in ", folder.path(),
-                   " has no maps of these frames yet; make them: ", Remedy(folder, description)));
+                   " has no maps of these frames yet; make them: ", Remedy(folder)));
 }
 
 absl::Status CheckMaps(const RunFolder& folder) {
@@ -82,12 +78,11 @@ absl::Status CheckMaps(const RunFolder& folder) {
   return CheckMaps(folder, description, lines);
 }
 
-std::string DescribeMissingMaps(const RunFolder& folder, const RunDescription& description,
-                                absl::Span<const FrameLine> lines) {
+std::string DescribeMissingMaps(const RunFolder& folder, absl::Span<const FrameLine> lines) {
   const auto lacking = std::count_if(lines.begin(), lines.end(), LacksMap);
   if (lacking == 0) return "";
-  return absl::StrCat(lacking, " of ", lines.size(), " frames have no map; ",
-                      Remedy(folder, description), " makes them");
+  return absl::StrCat(lacking, " of ", lines.size(), " frames have no map; ", Remedy(folder),
+                      " makes them");
 }
 
 }  // namespace egosieve::tools

@@ -30,8 +30,7 @@ absl::Status CheckMaps(const RunFolder& folder);
 
 // "5 of 8 frames have no map; egosieve segment --resume ... makes them". Counts only frames that
 // could be read. "" if all have a map.
-std::string DescribeMissingMaps(const RunFolder& folder, const RunDescription& description,
-                                absl::Span<const FrameLine> lines);
+std::string DescribeMissingMaps(const RunFolder& folder, absl::Span<const FrameLine> lines);
 
 }  // namespace egosieve::tools
 

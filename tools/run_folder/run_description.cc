@@ -136,7 +136,7 @@ std::string DescribeDifference(const RunDescription& before, const RunDescriptio
   }
   for (const std::string& name : names) {
     const std::string difference =
-        Difference("--" + name, Quoted(before.flags, name), Quoted(now.flags, name));
+        Difference(name, Quoted(before.flags, name), Quoted(now.flags, name));
     if (!difference.empty()) return difference;
   }
   const auto size = [](const kernels::ImageGrid& grid) {

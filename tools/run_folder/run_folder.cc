@@ -213,7 +213,11 @@ bool RunFolder::HoldsMaps(const FrameLine& line, const RunDescription& descripti
     const std::uintmax_t size = fs::file_size(FrameFile(folder, line.index, suffix), error);
     return !error && size > 0;
   };
-  if (description.flags.count("potential") > 0 && !is_there("potential", ".png")) return false;
+  const auto potential = description.flags.find("potential");
+  if (potential != description.flags.end() && potential->second != "off" &&
+      !is_there("potential", ".png")) {
+    return false;
+  }
   return is_there("grid", ".prob.png") && is_there("grid", ".std.png");
 }
 

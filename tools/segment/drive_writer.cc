@@ -122,22 +122,22 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame) {
 
 absl::StatusOr<DriveWriter> DriveWriter::Start(const RunFolder& folder,
                                                const RunDescription& description,
-                                               DriveWriterOptions options) {
+                                               std::string device) {
   EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
   EGOSIEVE_ASSIGN_OR_RETURN(LineLog log, folder.OpenLog());
-  return DriveWriter(folder, description, std::move(log), std::move(options));
+  return DriveWriter(folder, description, std::move(log), std::move(device));
 }
 
 absl::StatusOr<DriveWriter> DriveWriter::Continue(const RunFolder& folder,
                                                   const RunDescription& description,
                                                   const std::vector<FrameLine>& lines,
-                                                  DriveWriterOptions options) {
+                                                  std::string device) {
   EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
   EGOSIEVE_RETURN_IF_ERROR(folder.OpenLog().status());  // creates it if a kill prevented that
   EGOSIEVE_ASSIGN_OR_RETURN(
       LineLog log,
       LineLog::OpenTruncated(folder.File("frames.jsonl"), static_cast<int64_t>(lines.size())));
-  DriveWriter writer(folder, description, std::move(log), std::move(options));
+  DriveWriter writer(folder, description, std::move(log), std::move(device));
   for (const FrameLine& line : lines) {
     writer.Remember(line);
   }
@@ -150,9 +150,7 @@ absl::Status DriveWriter::AnswerFromBefore(FrameLine& line) const {
   line.theta = last_line_.theta;
   line.a = last_line_.a;
   line.b = last_line_.b;
-  const bool wanted = options_.wants_map == nullptr || options_.wants_map(line.index);
-  return wanted && last_with_map_.has_map() ? CopyMaps(folder_, last_with_map_, line)
-                                            : absl::OkStatus();
+  return last_with_map_.has_map() ? CopyMaps(folder_, last_with_map_, line) : absl::OkStatus();
 }
 
 void DriveWriter::Counts::Add(const FrameLine& line) {
@@ -179,7 +177,7 @@ absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame, const std::
   const auto start = std::chrono::steady_clock::now();
   FrameLine line = MakeLine(frame);
   line.image = image;
-  if (options_.device != description_.device) line.map_device = options_.device;
+  if (device_ != description_.device) line.map_device = device_;
   if (line.outcome == FrameLine::Outcome::kFailed) {
     EGOSIEVE_RETURN_IF_ERROR(AnswerFromBefore(line));
   } else if (line.has_map()) {

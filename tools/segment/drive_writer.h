@@ -3,7 +3,6 @@
 #define EGOSIEVE_TOOLS_SEGMENT_DRIVE_WRITER_H_
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,12 +25,6 @@ FrameMaps MakeMaps(const vision::SegmentationMap& map);
 // Gives `line`, of a frame that could not be read, the map of `before`, which has one.
 absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line);
 
-struct DriveWriterOptions {
-  // The frames that get a map; null: all.
-  std::function<bool(int64_t index)> wants_map;
-  std::string device;  // that computes; named in lines if it is not the run's
-};
-
 class DriveWriter {
  public:
   struct Counts {
@@ -51,16 +44,16 @@ class DriveWriter {
     void Add(const FrameLine& line);
   };
 
-  // `folder` is that of a new run; `description` is written as it is.
+  // device: the one that computes; lines name it if it is not the run's. `folder` is that of a new
+  // run; `description` is written as it is.
   static absl::StatusOr<DriveWriter> Start(const RunFolder& folder,
-                                           const RunDescription& description,
-                                           DriveWriterOptions options = {});
+                                           const RunDescription& description, std::string device);
 
   // `folder` holds a run that keeps `lines`: the log is cut after them.
   static absl::StatusOr<DriveWriter> Continue(const RunFolder& folder,
                                               const RunDescription& description,
                                               const std::vector<FrameLine>& lines,
-                                              DriveWriterOptions options = {});
+                                              std::string device);
 
   // Writes the maps, the line, and the checkpoint if there is one, in this order. After
   // an error the folder holds the frames before this one. image: the picture's name, for the line.
@@ -74,11 +67,11 @@ class DriveWriter {
 
  private:
   DriveWriter(const RunFolder& folder, const RunDescription& description, LineLog log,
-              DriveWriterOptions options)
+              std::string device)
       : folder_(folder),
         description_(description),
         log_(std::move(log)),
-        options_(std::move(options)),
+        device_(std::move(device)),
         counts_(description) {}
 
   // Gives a frame that could not be read the last map before it, if there is one.
@@ -88,7 +81,7 @@ class DriveWriter {
   RunFolder folder_;
   RunDescription description_;
   LineLog log_;
-  DriveWriterOptions options_;
+  std::string device_;
   Counts counts_;
   FrameLine last_line_;
   FrameLine last_with_map_;

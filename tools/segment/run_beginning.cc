@@ -12,15 +12,11 @@
 namespace egosieve::tools {
 namespace {
 
-bool HasAllFrames(const ScheduleFlags& schedule, const std::vector<FrameLine>& lines,
+bool HasAllFrames(const Schedule& schedule, const std::vector<FrameLine>& lines,
                   vision::FrameSource& source, std::string& warning) {
   const int64_t from = schedule.first_frame(), step = schedule.frame_step();
   const int64_t next = lines.empty() ? from : lines.back().index + step;
   return IsComplete(next, step, schedule.MakePipeline(1, from).end_frame, source, warning);
-}
-
-DriveWriterOptions WriterOptions(const ScheduleFlags& schedule, const std::string& device) {
-  return {schedule.WantedMaps(), device};
 }
 
 }  // namespace
@@ -32,26 +28,24 @@ absl::StatusOr<std::optional<RunFolder>> CreateUnlessResumed(const SegmentCall& 
 }
 
 RunDescription DescribeRun(const SegmentCall& call, const DriveInput& input,
-                           const kernels::DeviceInfo& device,
-                           const vision::OnlineSegmenterOptions& options) {
+                           const kernels::DeviceInfo& device) {
   RunDescription description;
   description.version = kVersion;
-  description.flags = DescribeOptions(options);
+  description.flags = DescribeSettings(call.settings);
   call.camera.Describe(description.flags);
-  call.schedule.Describe(description.flags);
   description.device = DescribeDevice(device);
-  description.seed = call.segmenter.seed();
+  description.seed = call.settings.segmenter.labeller.seed;
   description.input = input.description;
-  description.grid = {input.width_pixels, input.height_pixels, options.stride_pixels};
+  description.grid = {input.width_pixels, input.height_pixels,
+                      call.settings.segmenter.stride_pixels};
   description.started_utc = UtcNow();
   return description;
 }
 
 absl::StatusOr<DriveWriter> StartRun(const SegmentCall& call, const RunFolder& folder,
                                      const RunDescription& description) {
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      DriveWriter writer,
-      DriveWriter::Start(folder, description, WriterOptions(call.schedule, description.device)));
+  EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
+                            DriveWriter::Start(folder, description, description.device));
   EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
   return writer;
 }
@@ -67,9 +61,10 @@ absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription
   EGOSIEVE_RETURN_IF_ERROR(
       CheckSameRun(before, description, before.device != device, call.directory));
   RemoveAbandonedFiles(folder);
-  const int64_t from = call.schedule.first_frame();
+  const int64_t from = call.settings.schedule.first_frame();
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ReadWholeLines(folder, before));
-  if (before.ended == "done" && HasAllFrames(call.schedule, lines, frames, beginning.warning)) {
+  if (before.ended == "done" &&
+      HasAllFrames(call.settings.schedule, lines, frames, beginning.warning)) {
     beginning.counts.emplace(before);
     for (const FrameLine& line : lines) beginning.counts->Add(line);
     const int64_t end = lines.empty() ? from : lines.back().index + 1;
@@ -89,8 +84,7 @@ absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription
   description.seconds = before.seconds;
   beginning.first_frame = point.next_frame;
   EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer,
-                            DriveWriter::Continue(folder, description, point.lines,
-                                                  WriterOptions(call.schedule, device)));
+                            DriveWriter::Continue(folder, description, point.lines, device));
   // A kill may have prevented writing it before.
   EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
   return beginning;

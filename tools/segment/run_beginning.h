@@ -28,8 +28,7 @@ absl::StatusOr<std::optional<RunFolder>> CreateUnlessResumed(const SegmentCall& 
 
 // The run that the call makes, at its start.
 RunDescription DescribeRun(const SegmentCall& call, const DriveInput& input,
-                           const kernels::DeviceInfo& device,
-                           const vision::OnlineSegmenterOptions& options);
+                           const kernels::DeviceInfo& device);
 
 // Begins the new run in `folder`.
 absl::StatusOr<DriveWriter> StartRun(const SegmentCall& call, const RunFolder& folder,

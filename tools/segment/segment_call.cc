@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/output_folder.h"
 #include "tools/cli/warning.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/run_folder.h"
@@ -31,7 +32,8 @@ void SegmentCall::AddFlags(CLI::App& app) {
       ->required()
       ->type_name("")
       ->configurable(false);
-  app.add_option("--out", directory, "The run folder to write")->required()->type_name("DIR");
+  app.add_option("-o,--out", directory, "The run folder to write; default: out/NAME of INPUT")
+      ->type_name("DIR");
   app.add_flag("--overwrite", overwrite, "Replace the run that the folder holds");
   app.add_flag("--resume", resume,
                "Continue the run that the folder holds, with the bytes of an uninterrupted run; "
@@ -41,21 +43,18 @@ void SegmentCall::AddFlags(CLI::App& app) {
   app.add_flag("--allow_other_device", allow_other_device,
                "With --resume: continue although the run began on another device; the log lines "
                "of the frames from here on name it");
-  app.add_option("--dump_features", features,
-                 "Research: the folder for each frame's labels and descriptors as NNNNNN.npz, for "
-                 "other classifiers (tools/evaluate/compare.py)")
-      ->type_name("DIR");
-  segmenter.AddFlags(app);
-  camera.AddFlags(app);
-  schedule.AddFlags(app);
+  given.AddFlags(app);
   threads.AddFlag(app);
   device.AddFlag(app);
   progress.AddFlag(app);
   result.AddFlag(app);
 }
 
-absl::Status SegmentCall::Validate() const {
-  EGOSIEVE_RETURN_IF_ERROR(schedule.Validate());
+absl::Status SegmentCall::Resolve(int thread_count) {
+  settings = given.MakeSettings();
+  if (directory.empty()) directory = DefaultFolder(input);
+  settings.segmenter.labeller.threads = thread_count;
+  EGOSIEVE_RETURN_IF_ERROR(settings.schedule.range.Validate());
   if (overwrite && resume) {
     return absl::InvalidArgumentError(
         "--overwrite and --resume exclude each other; leave one of them out");
@@ -63,30 +62,24 @@ absl::Status SegmentCall::Validate() const {
   if (allow_other_device && !resume) {
     return absl::InvalidArgumentError("--allow_other_device belongs to --resume; add that");
   }
-  return absl::OkStatus();
-}
-
-absl::StatusOr<vision::OnlineSegmenterOptions> SegmentCall::MakeOptions(int thread_count) const {
-  vision::OnlineSegmenterOptions options = segmenter.MakeOptions(thread_count);
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  return options;
+  return settings.segmenter.Validate();
 }
 
 absl::StatusOr<DriveInput> SegmentCall::OpenInput() const {
+  const Schedule& schedule = settings.schedule;
   if (!vision::IsStreamAddress(input)) {
     if (record) {
       return absl::InvalidArgumentError("--record belongs to a stream; leave it out");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput drive,
-                              OpenDriveInput(input, schedule.first_frame(), schedule.source()));
+                              OpenDriveInput(input, schedule.first_frame(), schedule.source));
     TellRemarks(*drive.frames);
     return drive;
   }
-  if (resume || schedule.first_frame() > 0 || schedule.LeavesMaps() || schedule.frame_step() > 1 ||
-      segmenter.wants_frames_ahead()) {
+  if (resume || schedule.first_frame() > 0 || schedule.frame_step() > 1 ||
+      (given.Has("ahead") && settings.segmenter.ahead_frames > 0)) {
     return absl::InvalidArgumentError(
-        "a stream is read once, as it comes: leave --resume, --from, "
-        "--skip, --every, --ahead and --lag out");
+        "a stream is read once, as it comes: leave --resume, --from, --skip and --ahead out");
   }
   EGOSIEVE_ASSIGN_OR_RETURN(DriveInput drive, OpenLiveInput(input));
   if (record) {

@@ -11,25 +11,22 @@
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
 #include "tools/cli/threads_flag.h"
-#include "tools/segment/camera_flags.h"
 #include "tools/segment/drive_input.h"
-#include "tools/segment/schedule_flags.h"
-#include "tools/segment/segment_flags.h"
-#include "vision/segmentation/online_segmenter.h"
+#include "tools/segment/segment_camera.h"
+#include "tools/segment/segment_options.h"
 
 namespace egosieve::tools {
 
 struct SegmentCall {
   std::string input;
-  std::string directory;            // the run folder
+  std::string directory;            // the run folder; not empty after Resolve
   bool overwrite = false;           // replace the run that the folder holds
   bool resume = false;              // continue it
   bool record = false;              // keep a stream's pictures
   bool allow_other_device = false;  // with `resume`
-  std::string features;             // the folder of feature_dump.h; empty: none
-  SegmentFlags segmenter;
-  CameraFlags camera;
-  ScheduleFlags schedule;
+  GivenOptions given;
+  SegmentSettings settings;  // after Resolve
+  SegmentCamera camera;
   ThreadsFlag threads;
   DeviceFlag device;
   ProgressFlag progress;
@@ -37,11 +34,9 @@ struct SegmentCall {
 
   void AddFlags(CLI::App& app);
 
-  // InvalidArgument for a schedule that is none, and for flags about the run folder that exclude
-  // each other.
-  absl::Status Validate() const;
-  // InvalidArgument for options that do not fit each other. `thread_count` is at least 1.
-  absl::StatusOr<vision::OnlineSegmenterOptions> MakeOptions(int thread_count) const;
+  // Makes `settings` of what was given; InvalidArgument for what does not fit together.
+  // `thread_count` is at least 1.
+  absl::Status Resolve(int thread_count);
 
   // A file, folder or stream; remarks on videos are warnings on stderr. Errors of drive_input.h;
   // InvalidArgument for flags that do not belong to a stream, or only to one.

@@ -16,6 +16,8 @@ class SegmentCommand : public Command {
   }
   std::string example() const override {
     return "egosieve segment drive.mp4 --out=out/drive\n"
+           "egosieve segment drive.mp4 -o out/no_prior --set location_prior=0\n"
+           "egosieve segment drive.mp4 --max-frames=100\n"
            "egosieve segment 'frames/*.png' --out=out/frames --stride=3 --profile=paper";
   }
   void AddFlags(CLI::App& app) override { call_.AddFlags(app); }

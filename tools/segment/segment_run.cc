@@ -1,6 +1,5 @@
 #include "tools/segment/segment_run.h"
 
-#include <cmath>
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -109,14 +108,15 @@ absl::StatusOr<ExitCode> WriteAll(const SegmentCall& call, const DriveInput& inp
 // `created`: absent for the run that --resume found.
 absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput& input,
                                        const OpenedDevice& device,
-                                       const vision::OnlineSegmenterOptions& options,
                                        const std::optional<RunFolder>& created, int threads) {
+  const vision::OnlineSegmenterOptions& options = call.settings.segmenter;
+  const std::string& features = call.settings.features;
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                             vision::OnlineSegmenter::Create(device.context, options));
-  const RunDescription description = DescribeRun(call, input, device.info, options);
+  const RunDescription description = DescribeRun(call, input, device.info);
   RunBeginning beginning;
   if (created) {
-    beginning.first_frame = call.schedule.first_frame();
+    beginning.first_frame = call.settings.schedule.first_frame();
     EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer, StartRun(call, *created, description));
   } else {
     EGOSIEVE_ASSIGN_OR_RETURN(beginning, ContinueRun(call, description, *input.frames, *segmenter));
@@ -127,14 +127,14 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
     return Judge(*beginning.counts, beginning.warning);
   }
   const vision::PipelineOptions pipeline =
-      call.schedule.MakePipeline(threads, beginning.first_frame);
-  if (!call.features.empty()) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(call.features));
+      call.settings.schedule.MakePipeline(threads, beginning.first_frame);
+  if (!features.empty()) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(features));
   return WriteAll(
       call, input, pipeline, *beginning.writer,
       [&](const vision::SegmentedFrameSink& sink) -> absl::StatusOr<vision::PipelineSummary> {
         const auto dump_and_sink = [&](const vision::SegmentedFrame& frame) {
-          if (!call.features.empty()) {
-            EGOSIEVE_RETURN_IF_ERROR(DumpFeatures(frame, *device.context, options, call.features));
+          if (!features.empty()) {
+            EGOSIEVE_RETURN_IF_ERROR(DumpFeatures(frame, *device.context, options, features));
           }
           return sink(frame);
         };
@@ -147,33 +147,15 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
       });
 }
 
-// The frames that are segmented in `lag` seconds, to the nearest.
-absl::StatusOr<int> FramesOfLag(double lag, const DriveInput& input,
-                                const ScheduleFlags& schedule) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const double seconds,
-                            SecondsPerFrame(*input.frames, schedule.first_frame()));
-  if (!(seconds > 0.0)) return 0;
-  const double frames = std::round(lag / (seconds * static_cast<double>(schedule.frame_step())));
-  if (frames > kMostFramesAhead) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "--lag=%g is %.0f frames here; at most %d can be used", lag, frames, kMostFramesAhead));
-  }
-  return static_cast<int>(frames);
-}
-
 }  // namespace
 
 absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
-  EGOSIEVE_RETURN_IF_ERROR(call.Validate());
   const int threads = call.threads.Apply();
-  EGOSIEVE_ASSIGN_OR_RETURN(vision::OnlineSegmenterOptions options, call.MakeOptions(threads));
+  EGOSIEVE_RETURN_IF_ERROR(call.Resolve(threads));
+  SegmentSettings& settings = call.settings;
   EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, call.OpenInput());
-  if (input.is_live) {
-    options.ahead_frames = 0;
-  } else if (const std::optional<double> lag = call.segmenter.lag_seconds()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(options.ahead_frames, FramesOfLag(*lag, input, call.schedule));
-  }
-  EGOSIEVE_RETURN_IF_ERROR(call.camera.Read(input));
+  if (input.is_live) settings.segmenter.ahead_frames = 0;
+  EGOSIEVE_RETURN_IF_ERROR(call.camera.Read(settings.camera, input));
   EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, call.device.Open());
   EGOSIEVE_RETURN_IF_ERROR(call.CheckFolder(input));
   if (InterruptionRequested()) {
@@ -181,15 +163,15 @@ absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock,
                             RunFolder::TakeOrMake(call.directory));
-  const int64_t from = call.schedule.first_frame(), step = call.schedule.frame_step();
+  const int64_t from = settings.schedule.first_frame(), step = settings.schedule.frame_step();
   // Before the folder is replaced: interrupting the first pass keeps the former run.
   EGOSIEVE_RETURN_IF_ERROR(
-      call.camera.Find(input, from, call.resume, call.directory, options.labeller));
+      call.camera.Find(input, from, call.resume, call.directory, settings.segmenter.labeller));
   if (step > 1) {
     input.frames = std::make_unique<vision::SteppedFrames>(std::move(input.frames), from, step);
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<RunFolder> created, CreateUnlessResumed(call));
-  return SegmentOnline(call, input, device, options, created, threads);
+  return SegmentOnline(call, input, device, created, threads);
 }
 
 }  // namespace egosieve::tools

@@ -16,8 +16,10 @@ void SynthesizeFlags::AddFlags(CLI::App& app) {
       ->capture_default_str()
       ->type_name("NAME");
   app.add_flag("--list", list, "List the scenarios and do nothing else");
-  app.add_option("--out", options.output_folder,
-                 "Folder for frames/, masks/, ids/, poses.txt, camera.json and scene.json")
+  app.add_option(
+         "-o,--out", options.output_folder,
+         "Folder for frames/, masks/, ids/, poses.txt, camera.json and scene.json; default: "
+         "out/SCENARIO")
       ->type_name("DIR");
   app.add_option("--seed", options.seed,
                  "Seed of town and traffic; 1 to 9 are for choosing constants, 100 to 109 for "
@@ -58,10 +60,8 @@ void SynthesizeFlags::AddFlags(CLI::App& app) {
 }
 
 absl::StatusOr<SynthesizeOptions> SynthesizeFlags::MakeOptions() const {
-  if (options.output_folder.empty()) {
-    return absl::InvalidArgumentError("no output folder; give --out=DIR");
-  }
   SynthesizeOptions made = options;
+  if (made.output_folder.empty()) made.output_folder = "out/" + made.scenario;
   if (seconds > 0.0) {
     made.rendering.frames =
         static_cast<int>(std::lround(seconds * made.rendering.frames_per_second));

@@ -160,8 +160,7 @@ class Stages {
   absl::Status LearnLabels(InFlight& item) {
     EGOSIEVE_ASSIGN_OR_RETURN(
         OnlineSegmenter::Learnt learnt,
-        segmenter_.LearnLabels(item.result.frame, std::move(item.result.labels),
-                               options_.WantsMap(item.result.index)));
+        segmenter_.LearnLabels(item.result.frame, std::move(item.result.labels)));
     item.posterior = std::move(learnt.posterior);
     item.result.labels = std::move(learnt.labels);
     item.result.record = std::move(learnt.record);

@@ -38,10 +38,6 @@ struct PipelineOptions {
   // intervals agree.
   int64_t checkpoint_interval = 0;
 
-  // The frames that get a map; null: all. The other frames are learnt as well.
-  std::function<bool(int64_t index)> wants_map;
-
-  bool WantsMap(int64_t index) const { return wants_map == nullptr || wants_map(index); }
   absl::Status Validate() const;
 };
 

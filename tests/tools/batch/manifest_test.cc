@@ -193,5 +193,14 @@ TEST(ManifestTest, WhatIsWrongIsSaidWithTheEntrysNumber) {
   EXPECT_THAT(error("[defaults]\nstride = 2\n"), HasSubstr("lists no drive"));
 }
 
+TEST(ManifestTest, GivesResearchSettings) {
+  const auto entries = ParseManifest(
+      "[a]\npath = 'a.mp4'\nout = 'a'\nstride = 2\n[a.research]\nmodel = 'exact'\nwindow = 5\n",
+      "/drives");
+  ASSERT_TRUE(entries.ok()) << entries.status();
+  EXPECT_THAT(entries->front().flags,
+              ElementsAre("--stride=2", "--set=model=exact", "--set=window=5"));
+}
+
 }  // namespace
 }  // namespace egosieve::tools

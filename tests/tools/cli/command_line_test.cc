@@ -10,12 +10,15 @@
 #include "absl/strings/match.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tools/cli/output_folder.h"
+#include "tools/cli/research_flag.h"
 
 namespace egosieve::tools {
 namespace {
 
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 class FakeCommand : public Command {
@@ -29,17 +32,26 @@ class FakeCommand : public Command {
     app.add_option("--seed", seed_, "Number");
     app.add_option("--name", name_, "Empty unless given");
     app.add_option("--must", must_, "Needed")->required(required);
+    app.add_option("--two_words", words_, "Number");
+    app.add_option("--research.weight", weight_, "Its weight")
+        ->check(CLI::Range(0.0, 1.0))
+        ->group(kResearchTable);
+    AddSetFlag(app);
   }
   absl::StatusOr<ExitCode> Run() override {
     last_stride = stride_;
+    last_words = words_;
+    last_weight = weight_;
     return result_;
   }
-  static inline int last_stride = 0;
+  static inline int last_stride = 0, last_words = 0;
+  static inline double last_weight = 0.0;
   static inline bool required = false;
 
  private:
   int stride_ = 5;
-  int seed_ = 0;
+  int seed_ = 0, words_ = 0;
+  double weight_ = 0.5;
   std::string name_, must_;
   absl::StatusOr<ExitCode> result_;
 };
@@ -138,6 +150,50 @@ TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
   EXPECT_EQ(command.code, 2);
   EXPECT_EQ(command.err,
             "egosieve: unknown command shift; did you mean sift? see egosieve --help\n");
+}
+
+TEST(CommandLine, HyphensAreUnderscores) {
+  EXPECT_EQ(Invoke({"sift", "--two-words=3"}).code, 0);
+  EXPECT_EQ(FakeCommand::last_words, 3);
+  EXPECT_EQ(Invoke({"sift", "--name=a-b", "--print-config"}).code, 0);
+  EXPECT_THAT(Invoke({"sift", "--name=a-b", "--print-config"}).out, HasSubstr("name=\"a-b\""));
+}
+
+TEST(CommandLine, ResearchSettingsAreSetByNameOrFile) {
+  const std::string path = testing::TempDir() + "/research.toml";
+  std::ofstream(path) << "two-words = 2\n[research]\nweight = 0.25\n";
+  EXPECT_EQ(Invoke({"sift", "--config=" + path}).code, 0);
+  EXPECT_EQ(FakeCommand::last_words, 2);
+  EXPECT_EQ(FakeCommand::last_weight, 0.25);
+  EXPECT_EQ(Invoke({"sift", "--config=" + path, "--set", "weight=0.75"}).code, 0);
+  EXPECT_EQ(FakeCommand::last_weight, 0.75);
+  EXPECT_EQ(Invoke({"sift", "--weight=1"}).err,
+            "egosieve: --weight is a research setting now: --set weight=VALUE, or in the table "
+            "[research] of --config; see egosieve sift --help\n");
+  EXPECT_EQ(Invoke({"sift", "--set=weight=7"}).err.rfind("egosieve: --set weight: ", 0), 0u);
+  EXPECT_EQ(
+      Invoke({"sift", "--set=weigt=1"}).err,
+      "egosieve: unknown flag --set weigt; did you mean --set weight? see egosieve sift --help\n");
+  EXPECT_EQ(
+      Invoke({"sift", "--set=weight"}).err,
+      "egosieve: --set weight has no value; give one as --set weight=VALUE; see egosieve sift "
+      "--help\n");
+  std::ofstream(path) << "weight = 0.25\n";
+  EXPECT_THAT(Invoke({"sift", "--config=" + path}).err,
+              HasSubstr("'weight' in the file of --config is a research setting now"));
+
+  EXPECT_THAT(Invoke({"sift", "--help"}).out, Not(HasSubstr("Its weight")));
+  EXPECT_THAT(Invoke({"sift", "--print_config"}).out,
+              EndsWith("[research]\n\n# Its weight\n# weight=0.5\n"));
+  EXPECT_THAT(Invoke({"sift", "--set=weight=1", "--print_config"}).out,
+              EndsWith("[research]\n\n# Its weight\nweight=1\n"));
+}
+
+TEST(DefaultFolder, GoesByTheInputsName) {
+  EXPECT_EQ(DefaultFolder("/videos/drive.mp4"), "out/drive");
+  EXPECT_EQ(DefaultFolder("clips/one/"), "out/one");
+  EXPECT_EQ(DefaultFolder("clips/one/*.png"), "out/one");
+  EXPECT_EQ(DefaultFolder("rtsp://camera:554/front"), "out/front");
 }
 
 TEST(CommandLine, AFlagIsNoFlagsValue) {

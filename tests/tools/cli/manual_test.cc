@@ -111,10 +111,9 @@ TEST_F(Completion, OfEveryFlagInHelp) {
 }
 
 TEST_F(Completion, OfAFlagsWords) {
-  EXPECT_THAT(Of("segment --model ="), ElementsAre("exact", "sparse"));
-  EXPECT_THAT(Of("segment --model = sp"), ElementsAre("sparse"));
-  EXPECT_THAT(Of("segment --model sp"), ElementsAre("sparse"));
-  EXPECT_THAT(Of("segment --frame_gap = \"\""), ElementsAre("auto"));
+  EXPECT_THAT(Of("segment --profile ="), ElementsAre("default", "paper", "fast"));
+  EXPECT_THAT(Of("segment --profile = pa"), ElementsAre("paper"));
+  EXPECT_THAT(Of("segment --profile pa"), ElementsAre("paper"));
   EXPECT_THAT(Of("masks --for = co"), ElementsAre("colmap", "coco"));
 }
 

@@ -309,19 +309,23 @@ TEST_F(BadInput, FlagsThatAreNone) {
   ExpectRefused(Segment(input_, {"--frobnicate"}), 2, "--frobnicate");
   ExpectRefused(Segment(input_, {"--stride=0"}), 2, "--stride: 0 is not from 1 to 1000");
   ExpectRefused(Segment(input_, {"--stride=five"}), 2, "--stride");
-  ExpectRefused(Segment(input_, {"--window=4"}), 2, "window");
+  ExpectRefused(Segment(input_, {"--set=window=4"}), 2, "window");
   ExpectRefused(Segment(input_, {"--profile=best"}), 2, "'best' is none of default, paper");
   ExpectRefused(Segment(input_, {"--from=5", "--to=3"}), 2, "--to=3");
   ExpectRefused(Segment(input_, {"--from=99"}), 3, "has 2 frames");
   ExpectRefused(Segment(input_, {"--to=-5"}), 2, "--to: -5 is less than -1");
   ExpectRefused(Segment(input_, {"--seed=-3"}), 2, "--seed: -3 is less than 0");
   ExpectRefused(Segment(input_, {"--device=abacus"}), 2, "abacus");
-  ExpectRefused(Segment(input_, {"--covariance=matern5"}), 2, "functions are arcsine, constant");
-  ExpectRefused(Segment(input_, {"--covariance=white + constant"}), 2,
+  ExpectRefused(Segment(input_, {"--set=covariance=matern5"}), 2,
+                "functions are arcsine, constant");
+  ExpectRefused(Segment(input_, {"--set=covariance=white + constant"}), 2,
                 "does not depend on the inputs");
-  const ProgramOutcome no_out = RunProgram({"segment", input_});
-  EXPECT_EQ(no_out.code, 2);
-  EXPECT_THAT(no_out.err, HasSubstr("--out is required"));
+  ExpectRefused(Segment(input_, {"--location_prior=0"}), 2,
+                "--location_prior is a research setting now: --set location_prior=VALUE");
+  ExpectRefused(Segment(input_, {"--set", "location_prior=2"}), 2,
+                "--set location_prior: 2 is not from 0 to 1");
+  ExpectRefused(Segment(input_, {"--set", "location_prio=0"}), 2,
+                "did you mean --set location_prior?");
   ExpectRefused(RunProgram({"segment", input_, "--outt=3"}), 2,
                 "unknown flag --outt; did you mean --out?");
 }

@@ -96,7 +96,7 @@ TEST(Chain, AnEasyDriveIsSegmentedWell) {
   WritePatchDrive(root);
   // A flat picture that shifts tells no focal length: a camera that turns and one that moves
   // sideways see the same.
-  ExpectDone({"segment", root + "/frames", "--out=" + run, "--budget=800", "--focal_ratio=2",
+  ExpectDone({"segment", root + "/frames", "--out=" + run, "--budget=800", "--set=focal_ratio=2",
               "--progress=none"});
   EXPECT_GE(PooledAuc(run, root + "/masks"), 0.95);
 }

@@ -229,11 +229,10 @@ TEST_F(Resume, AnInterruptionEndsBetweenFramesAndSaysSo) {
   }
 }
 
-// The sparse model, and a run without some of its maps: likewise.
+// Another profile, and a run with the second model: likewise.
 TEST_F(Resume, OfAnyModelAndMode) {
   for (const std::vector<std::string>& mode :
-       {std::vector<std::string>{"--profile=fast"}, std::vector<std::string>{"--model=sparse"},
-        std::vector<std::string>{"--every=3"}}) {
+       {std::vector<std::string>{"--profile=fast"}, std::vector<std::string>{"--potential"}}) {
     std::vector<std::string> arguments = Arguments(whole_, mode);
     arguments.push_back("--overwrite");
     ASSERT_EQ(RunProgram(arguments).code, 4);
@@ -259,7 +258,8 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
       0);
   fs::rename(root_ + "/street/frames", root_ + "/frames");
   ASSERT_EQ(
-      RunProgram(Arguments(whole_, {"--frame_gap=auto", "--no_first_pass", "--overwrite"})).code,
+      RunProgram(Arguments(whole_, {"--set=frame_gap=auto", "--no_first_pass", "--overwrite"}))
+          .code,
       0);
   const std::vector<FrameLine> lines = *RunFolder::Open(whole_)->ReadLines();
   ASSERT_EQ(lines.size(), static_cast<size_t>(kFrames));
@@ -267,8 +267,9 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
   for (size_t i = 6; i < lines.size(); ++i) late_gaps.insert(lines[i].frame_gap);
   ASSERT_GE(late_gaps.size(), 2u) << "the gap stays, and shows nothing";
   const auto resume = [&] {
-    EXPECT_EQ(RunProgram(Arguments(run_, {"--frame_gap=auto", "--no_first_pass", "--resume"})).code,
-              0);
+    EXPECT_EQ(
+        RunProgram(Arguments(run_, {"--set=frame_gap=auto", "--no_first_pass", "--resume"})).code,
+        0);
     return CompareRuns(whole_, run_);
   };
   for (const int frame : {8, 12, 17}) {
@@ -277,7 +278,7 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
   }
   for (const int signal : {SIGKILL, SIGTERM}) {
     const int code =
-        StartAndSend(signal, Arguments(run_, {"--frame_gap=auto", "--no_first_pass"}), 9, 0);
+        StartAndSend(signal, Arguments(run_, {"--set=frame_gap=auto", "--no_first_pass"}), 9, 0);
     EXPECT_EQ(code, signal == SIGKILL ? 128 + SIGKILL : 130);
     EXPECT_EQ(resume(), "") << "signal " << signal;
   }
@@ -294,13 +295,13 @@ TEST_F(Resume, ThreadsDoNotShowInTheBytes) {
 
 TEST_F(Resume, AnotherRunIsRefusedWithTheDifference) {
   fs::copy(whole_, run_, fs::copy_options::recursive);
-  const ProgramOutcome other = RunProgram(Arguments(run_, {"--resume", "--window=9"}));
+  const ProgramOutcome other = RunProgram(Arguments(run_, {"--resume", "--set=window=9"}));
   EXPECT_EQ(other.code, 2);
-  EXPECT_THAT(other.err, HasSubstr("--window is '7' there and '9' here"));
+  EXPECT_THAT(other.err, HasSubstr("window is '7' there and '9' here"));
   EXPECT_EQ(CountLines(other.err), 1);
-  const ProgramOutcome lens = RunProgram(Arguments(run_, {"--resume", "--focal_ratio=0.7"}));
+  const ProgramOutcome lens = RunProgram(Arguments(run_, {"--resume", "--set=focal_ratio=0.7"}));
   EXPECT_EQ(lens.code, 2);
-  EXPECT_THAT(lens.err, HasSubstr("--focal_ratio is 'learnt' there and '0.7' here"));
+  EXPECT_THAT(lens.err, HasSubstr("focal_ratio is 'learnt' there and '0.7' here"));
   fs::rename(root_ + "/frames", root_ + "/elsewhere");
   WritePatchDrive(root_ + "/second");
   fs::rename(root_ + "/second/frames", root_ + "/frames");

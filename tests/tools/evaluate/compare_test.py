@@ -57,8 +57,8 @@ class Compare(unittest.TestCase):
         compare = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(compare)
         for weight in ('0', '0.5'):
-            done = call(PROGRAM, 'segment', f'{self.suite}/one/frames', f'--out={self.folder}/{weight}', f'--location_prior={weight}',
-                        '--budget=200', f'--dump_features={self.folder}/features')
+            done = call(PROGRAM, 'segment', f'{self.suite}/one/frames', f'--out={self.folder}/{weight}', f'--set=location_prior={weight}',
+                        '--budget=200', f'--set=dump_features={self.folder}/features')
             self.assertEqual(done.returncode, 0, done.stderr)
         prior, changed = compare.LocationPrior(0.5), 0.0
         for index in range(FRAMES):

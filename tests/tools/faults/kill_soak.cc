@@ -45,7 +45,7 @@ class Soak {
   // start again.
   std::vector<std::vector<std::string>> Commands(const std::string& run) const {
     return {{"segment", folder_ + "/frames", "--out=" + run, "--resume", "--budget=150",
-             "--stride=8", "--checkpoint_every=4", "--every=2", "--progress=none"},
+             "--stride=8", "--checkpoint_every=4", "--progress=none"},
             {"reconstruct", run, "--progress=none"},
             {"render", run, "--progress=none", "--images", "--no_video"}};
   }

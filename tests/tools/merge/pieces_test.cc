@@ -69,8 +69,8 @@ TEST_F(Pieces, OfOtherDrivesOrFlagsAreRefused) {
   WritePatchDrive(root_ + "/elsewhere", SmallPatchDrive(16));
   ASSERT_EQ(Segment("first", {"--to=3"}).code, 0);
   ASSERT_EQ(Segment("other", {"--from=2", "--to=5"}, "elsewhere/frames").code, 0);
-  ASSERT_EQ(Segment("finer", {"--from=2", "--to=5", "--frame_gap=2"}).code, 0);
-  for (const auto& [name, what] : {std::pair{"other", "the input"}, {"finer", "--frame_gap"}}) {
+  ASSERT_EQ(Segment("finer", {"--from=2", "--to=5", "--set=frame_gap=2"}).code, 0);
+  for (const auto& [name, what] : {std::pair{"other", "the input"}, {"finer", "frame_gap"}}) {
     const ProgramOutcome outcome = Merge({"first", name});
     EXPECT_EQ(outcome.code, 2) << name;
     EXPECT_THAT(outcome.err, HasSubstr(what));

@@ -353,10 +353,10 @@ TEST(RunDescription, NamesTheFirstDifference) {
   RunDescription now = before;
   EXPECT_EQ(DescribeDifference(before, now), "");
   now.flags["stride"] = "3";
-  EXPECT_EQ(DescribeDifference(before, now), "--stride is '5' there and '3' here");
+  EXPECT_EQ(DescribeDifference(before, now), "stride is '5' there and '3' here");
   now = before;
   now.flags.erase("seed");
-  EXPECT_EQ(DescribeDifference(before, now), "--seed is '1' there and absent here");
+  EXPECT_EQ(DescribeDifference(before, now), "seed is '1' there and absent here");
   now = before;
   now.device = "other";
   EXPECT_THAT(DescribeDifference(before, now), HasSubstr("device"));

@@ -114,7 +114,6 @@ TEST_F(Schema, OfWhatCommandsPrint) {
   Run({"merge", root_ + "/to", root_ + "/from"});
   Run({"render", run, "--progress=none"});
   Run({"report", run, "--progress=none"});
-  Run({"model", run});
   Run({"masks", run, "--for=colmap", "--out=" + root_ + "/colmap", "--progress=none"});
   Run({"masks", run, "--out=" + root_ + "/plain", "--truth=" + root_ + "/masks",
        "--progress=none"});

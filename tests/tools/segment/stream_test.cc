@@ -137,7 +137,7 @@ TEST_F(Stream, ThatIsNotRecordedIsGone) {
   EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("give its recording"));
   EXPECT_EQ(sender.connections(), 1);
-  for (const char* flag : {"--resume", "--every=2", "--from=3", "--ahead=2"}) {
+  for (const char* flag : {"--resume", "--from=3", "--ahead=2"}) {
     const ProgramOutcome refused = RunProgram(Segment(sender.address(), {flag}));
     EXPECT_EQ(refused.code, 2) << flag;
     EXPECT_THAT(refused.err, HasSubstr("a stream is read once, as it comes"));

@@ -166,24 +166,6 @@ TEST_P(PipelineOfBothModels, GoesOnFromACheckpointAsIfNothingHadHappened) {
   EXPECT_FALSE(segmenter->Restore("rubbish", {}).ok());
 }
 
-TEST_P(PipelineOfBothModels, LearnsTheSameWithoutMaps) {
-  constexpr int64_t kFrames = 6;
-  PipelineOptions options;
-  options.checkpoint_interval = 4;
-  MovingSquareSource source(kFrames, {5});
-  const DriveRun whole = RunDrive(source, options, nullptr, GetParam());
-  options.wants_map = [](int64_t index) { return index == 2; };
-  ASSERT_TRUE(source.SeekTo(0).ok());
-  const DriveRun few = RunDrive(source, options, nullptr, GetParam());
-  ASSERT_EQ(few.frames.size(), static_cast<size_t>(kFrames));
-  for (int64_t i = 0; i < kFrames; ++i) {
-    EXPECT_EQ(few.frames[i].map.probability.empty(), i != 2) << i;
-    EXPECT_EQ(few.frames[i].record.theta, whole.frames[i].record.theta) << i;
-    EXPECT_TRUE(few.frames[i].checkpoint == whole.frames[i].checkpoint) << i;
-  }
-  EXPECT_EQ(few.frames[2].map.probability, whole.frames[2].map.probability);
-}
-
 TEST(SegmentationPipelineTest, OverlappedStagesGiveTheBytesOfOneFrameAfterTheOther) {
   std::vector<DriveRun> runs;
   for (const bool overlap : {false, true}) {

@@ -1,47 +1,26 @@
-#include "tools/segment/camera_flags.h"
+#include "tools/segment/segment_camera.h"
 
 #include <opencv2/imgcodecs.hpp>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "tools/cli/switch_flag.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/interruptible_source.h"
 #include "tools/segment/lens_file.h"
-#include "tools/segment/segment_words.h"
 #include "vision/frame/ignored_area.h"
 #include "vision/labelling/drive_camera.h"
 
 namespace egosieve::tools {
 
-void CameraFlags::AddFlags(CLI::App& app) {
-  app.add_option("--camera", camera_path_,
-                 "The focal length: a run's camera.json, or a file of its focal_pixels, width and "
-                 "height alone, or COLMAP's cameras.txt; principal point and distortion are not "
-                 "read. Estimated in a first pass over the drive where neither this nor "
-                 "--focal_ratio is given")
-      ->type_name("FILE");
-  app.add_option("--ignore", ignore_path_,
-                 "Image of the frames' size: where it is not black, nothing is used for the "
-                 "camera's motion and nothing is labelled or marked as moving")
-      ->type_name("MASK");
-  AddSwitch(app, "--own_vehicle", "--no_own_vehicle", finds_own_vehicle_,
-            "Find what is fixed in the image (bonnet, dashboard, time stamp, reflections) in "
-            "the first pass");
-  AddSwitch(app, "--first_pass", "--no_first_pass", has_first_pass_,
-            "Read some pictures of the drive beforehand, for the focal length, the direction of "
-            "travel and what is fixed in the image; off: learn the focal length on the way, as for "
-            "a live camera");
-}
-
-absl::Status CameraFlags::Read(const DriveInput& input) {
-  if (!camera_path_.empty()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(given_ratio_, ReadFocalRatio(camera_path_));
+absl::Status SegmentCamera::Read(const CameraSettings& settings, const DriveInput& input) {
+  settings_ = settings;
+  if (!settings_.lens.empty()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(given_ratio_, ReadFocalRatio(settings_.lens));
   }
-  if (ignore_path_.empty()) return absl::OkStatus();
-  const absl::StatusOr<cv::Mat> read = ReadImage(ignore_path_, cv::IMREAD_GRAYSCALE);
+  if (settings_.ignore.empty()) return absl::OkStatus();
+  const absl::StatusOr<cv::Mat> read = ReadImage(settings_.ignore, cv::IMREAD_GRAYSCALE);
   if (!read.ok()) {
     return absl::Status(read.status().code(),
                         absl::StrCat("--ignore takes one image: ", read.status().message()));
@@ -49,21 +28,22 @@ absl::Status CameraFlags::Read(const DriveInput& input) {
   const cv::Mat& image = *read;
   if (image.cols != input.width_pixels || image.rows != input.height_pixels) {
     return absl::InvalidArgumentError(absl::StrFormat(
-        "%s is %dx%d, the frames are %dx%d; give a mask of the frames' size", ignore_path_,
+        "%s is %dx%d, the frames are %dx%d; give a mask of the frames' size", settings_.ignore,
         image.cols, image.rows, input.width_pixels, input.height_pixels));
   }
   ignored_ = image != 0;
   return absl::OkStatus();
 }
 
-absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resumes,
-                               const std::string& directory,
-                               vision::FrameLabellerOptions& labeller) {
+absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool resumes,
+                                 const std::string& directory,
+                                 vision::FrameLabellerOptions& labeller) {
   if (!(labeller.focal_ratio > 0.0)) labeller.focal_ratio = given_ratio_;
   is_ratio_given_ = labeller.focal_ratio > 0.0;
   labeller.ignored = ignored_;
-  if (!labeller.WantsCamera() || (is_ratio_given_ && !finds_own_vehicle_)) return absl::OkStatus();
-  if (input.is_live || !has_first_pass_) {  // a stream allows none
+  if (!labeller.WantsCamera() || (is_ratio_given_ && !settings_.finds_own_vehicle))
+    return absl::OkStatus();
+  if (input.is_live || !settings_.has_first_pass) {  // a stream allows none
     labeller.learns_focal_ratio = learns_ = labeller.focal_ratio == 0.0;
     return absl::OkStatus();
   }
@@ -76,7 +56,7 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
     options.pictures.equalization = labeller.equalization;
     options.pictures.ignored = ignored_;
     options.focal_ratio = labeller.focal_ratio;
-    options.finds_own_vehicle = finds_own_vehicle_;
+    options.finds_own_vehicle = settings_.finds_own_vehicle;
     InterruptibleSource frames(*input.frames);
     EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
                               vision::LearnDriveCamera(frames, options));
@@ -93,24 +73,22 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
   return absl::OkStatus();
 }
 
-void CameraFlags::Describe(std::map<std::string, std::string>& flags) const {
+void SegmentCamera::Describe(std::map<std::string, std::string>& flags) const {
   // The results of a first pass follow from the input, so they are not described.
   if (camera_ && !is_ratio_given_) flags["focal_ratio"] = "learnt";
-  if (learns_) flags["focal_ratio"] = kLearntOnTheWay;
-  if (!has_first_pass_) flags["first_pass"] = "no";
-  if (!finds_own_vehicle_) flags["own_vehicle"] = "no";
+  if (learns_) flags["focal_ratio"] = "learnt on the way";
   if (!ignored_.empty()) flags["ignore"] = Fingerprint(ignored_);
 }
 
-absl::Status CameraFlags::Write(const std::string& directory) const {
+absl::Status SegmentCamera::Write(const std::string& directory) const {
   if (!ignored_.empty()) {
     EGOSIEVE_RETURN_IF_ERROR(WritePng(absl::StrCat(directory, "/", RunFolder::kIgnored), ignored_));
   }
   return camera_ ? WriteRunCamera(directory, *camera_) : absl::OkStatus();
 }
 
-absl::Status CameraFlags::WriteLearnt(const std::string& directory, const DriveInput& input,
-                                      const vision::LearntCamera& learnt) const {
+absl::Status SegmentCamera::WriteLearnt(const std::string& directory, const DriveInput& input,
+                                        const vision::LearntCamera& learnt) const {
   if (!(learnt.focal_ratio > 0.0)) return absl::OkStatus();
   vision::DriveCamera camera;
   camera.focal_ratio = learnt.focal_ratio;

@@ -1,9 +1,8 @@
 // The camera of `segment`, given or estimated: its lens, and the area of its image that does not
-// show the scene. --camera, --ignore, --own_vehicle, --first_pass.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
-#define EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
+// show the scene.
+#ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_CAMERA_H_
+#define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_CAMERA_H_
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <map>
 #include <opencv2/core.hpp>
@@ -17,19 +16,23 @@
 
 namespace egosieve::tools {
 
-class CameraFlags {
- public:
-  void AddFlags(CLI::App& app);
+struct CameraSettings {
+  std::string lens, ignore;  // files; empty: none
+  bool finds_own_vehicle = true, has_first_pass = true;
+};
 
+class SegmentCamera {
+ public:
   // Reads the given files. InvalidArgument if a mask or a lens does not fit the frames.
-  absl::Status Read(const DriveInput& input);
+  absl::Status Read(const CameraSettings& settings, const DriveInput& input);
   // Sets the labeller's focal_ratio and ignored area. Values that were given come first, then those
   // of the run in `directory` if it is continued (`resumes`), then those of a first pass from frame
   // `from` on. There is no first pass if the labeller does not use its results, nor for a stream
-  // and with --no_first_pass: the labeller then learns the focal length.
+  // and without has_first_pass: the labeller then learns the focal length.
   absl::Status Find(const DriveInput& input, int64_t from, bool resumes,
                     const std::string& directory, vision::FrameLabellerOptions& labeller);
-  // Adds the flags that shape the output to a run's description.
+  // Completes a run's description by what was found: the origin of the focal length, and the
+  // content of --ignore.
   void Describe(std::map<std::string, std::string>& flags) const;
   // Writes the camera's files into a run folder.
   absl::Status Write(const std::string& directory) const;
@@ -38,10 +41,9 @@ class CameraFlags {
                            const vision::LearntCamera& learnt) const;
 
  private:
-  std::string camera_path_, ignore_path_;
-  bool finds_own_vehicle_ = true, has_first_pass_ = true;
+  CameraSettings settings_;
   double given_ratio_ = 0.0;         // of --camera
-  bool is_ratio_given_ = false;      // by --camera or --focal_ratio
+  bool is_ratio_given_ = false;      // by --camera or as focal_ratio
   bool learns_ = false;              // the focal length, on the way
   cv::Mat1b ignored_;                // of --ignore
   std::optional<RunCamera> camera_;  // of the first pass
@@ -49,4 +51,4 @@ class CameraFlags {
 
 }  // namespace egosieve::tools
 
-#endif  // EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
+#endif  // EGOSIEVE_TOOLS_SEGMENT_SEGMENT_CAMERA_H_

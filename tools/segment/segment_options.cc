@@ -1,0 +1,381 @@
+#include "tools/segment/segment_options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "tools/cli/checks.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+using Kind = SegmentOption::Kind;
+using Settings = SegmentSettings;
+
+constexpr int64_t kInputs = 6;              // of a descriptor: place, mean and colours
+constexpr int64_t kUnlimitedAge = 1000000;  // frames
+constexpr char kAutomatic[] = "auto";       // the labeller chooses the gap itself
+constexpr int kAutomaticGap = 0;
+constexpr char kMeanLabel[] = "mean";  // of the model's points
+
+// The shortest text that reads back as the same number.
+template <typename Number>
+std::string ToText(Number number) {
+  char digits[32];
+  return std::string(digits, std::to_chars(digits, digits + sizeof(digits), number).ptr);
+}
+
+CLI::Validator Check(std::function<std::string(std::string&)> error) {
+  return CLI::Validator(std::move(error), "");
+}
+
+// A number that `check` accepts, or this word.
+CLI::Validator NumberOr(const std::string& word, CLI::Validator check) {
+  return Check([=](std::string& text) { return text == word ? std::string() : check(text); });
+}
+
+std::string CovarianceError(const std::string& text) {
+  const auto function = kernels::CovarianceFunction::Parse(text);
+  if (!function.ok()) return std::string(function.status().message());
+  const kernels::CovarianceDescription& description = function->description();
+  if (description.DimensionOf(description.ScaleCount(kInputs)) == kInputs) return "";
+  return absl::StrCat(text, " does not depend on the inputs; add a function that does");
+}
+
+// member: from the settings to the option's value, by reference.
+template <typename Member>
+SegmentOption Number(Kind kind, std::string name, std::string type, std::string help,
+                     CLI::Validator check, Member member) {
+  return {kind,
+          std::move(name),
+          std::move(type),
+          std::move(help),
+          std::move(check),
+          [member](const std::string& text, Settings& s) {
+            CLI::detail::lexical_cast(text, member(s));
+          },
+          [member](const Settings& s) { return ToText(member(s)); }};
+}
+
+template <typename Value, typename Member>
+SegmentOption Word(Kind kind, std::string name, std::string help, Words<Value> words,
+                   Member member) {
+  const std::vector<std::string> names = NamesOf(words);
+  return {kind,
+          std::move(name),
+          absl::StrJoin(names, "|"),
+          std::move(help),
+          OneOf(names),
+          [=](const std::string& text, Settings& s) {
+            for (const auto& [word, value] : words) {
+              if (word == text) member(s) = value;
+            }
+          },
+          [=](const Settings& s) {
+            for (const auto& [word, value] : words) {
+              if (value == member(s)) return word;
+            }
+            return std::string();
+          }};
+}
+
+template <typename Member>
+SegmentOption Switch(Kind kind, std::string name, std::string help, Member member) {
+  SegmentOption option = Word(kind, std::move(name), std::move(help),
+                              Words<bool>{{"on", true}, {"off", false}}, member);
+  if (kind == Kind::kFlag) option.type.clear();
+  return option;
+}
+
+// Not told: run.json has what the file gives.
+template <typename Member>
+SegmentOption File(Kind kind, std::string name, std::string type, std::string help, Member member) {
+  return {kind,
+          std::move(name),
+          std::move(type),
+          std::move(help),
+          {},
+          [member](const std::string& text, Settings& s) { member(s) = text; },
+          [member](const Settings& s) { return member(s); },
+          /*is_told=*/false};
+}
+
+SegmentOption Untold(SegmentOption option) {
+  option.is_told = false;
+  return option;
+}
+
+std::vector<SegmentOption> MapFlags() {
+  return {
+      {Kind::kFlag, "seed", "NUMBER", "Seed of all random numbers", AtLeast<int64_t>(0),
+       [](const std::string& text, Settings& s) { s.segmenter.SetSeed(std::stoull(text)); },
+       [](const Settings& s) { return absl::StrCat(s.segmenter.labeller.seed); }},
+      Number(
+          Kind::kFlag, "stride", "PIXELS",
+          "Pixels between neighbouring grid pixels, at which the map is evaluated; 1: all",
+          Between(1, 1000), [](auto& s) -> auto& { return s.segmenter.stride_pixels; }),
+      Number(
+          Kind::kFlag, "budget", "POINTS", "Points that the model holds at most", Between(0, 20000),
+          [](auto& s) -> auto& { return s.segmenter.learner.budget.budget; }),
+      Switch(
+          Kind::kFlag, "potential",
+          "Also writes potential/: what looks like the things that have moved in the last "
+          "minutes, whether it moves or not",
+          [](auto& s) -> auto& { return s.segmenter.potential.enabled; }),
+      Number(
+          Kind::kFlag, "ahead", "FRAMES",
+          "Frames after the current one that its labels may use; 0: none, as for a live camera",
+          Between(0, 100), [](auto& s) -> auto& { return s.segmenter.ahead_frames; }),
+  };
+}
+
+std::vector<SegmentOption> CameraFlags() {
+  return {
+      File(
+          Kind::kFlag, "camera", "FILE",
+          "The focal length: a run's camera.json, or a file of its focal_pixels, width and "
+          "height alone, or COLMAP's cameras.txt; principal point and distortion are not "
+          "read. Estimated in a first pass over the drive where it is not given",
+          [](auto& s) -> auto& { return s.camera.lens; }),
+      File(
+          Kind::kFlag, "ignore", "MASK",
+          "Image of the frames' size: where it is not black, nothing is used for the "
+          "camera's motion and nothing is labelled or marked as moving",
+          [](auto& s) -> auto& { return s.camera.ignore; }),
+      Switch(
+          Kind::kFlag, "own_vehicle",
+          "Find what is fixed in the image (bonnet, dashboard, time stamp, reflections) in "
+          "the first pass",
+          [](auto& s) -> auto& { return s.camera.finds_own_vehicle; }),
+      Switch(
+          Kind::kFlag, "first_pass",
+          "Read some pictures of the drive beforehand, for the focal length, the direction of "
+          "travel and what is fixed in the image; off: learn the focal length on the way, as for "
+          "a live camera",
+          [](auto& s) -> auto& { return s.camera.has_first_pass; }),
+  };
+}
+
+std::vector<SegmentOption> ScheduleFlags() {
+  return {
+      Number(
+          Kind::kFlag, "checkpoint_every", "FRAMES",
+          "Frames between checkpoints, from which --resume continues; 0: none", AtLeast<int64_t>(0),
+          [](auto& s) -> auto& { return s.schedule.checkpoint_every; }),
+      Number(
+          Kind::kFlag, "from", "FRAME", "Index of the first frame", AtLeast<int64_t>(0),
+          [](auto& s) -> auto& { return s.schedule.range.from; }),
+      Untold(Number(
+          Kind::kFlag, "to", "FRAME", "Index of the last frame; -1: the last of the drive",
+          AtLeast<int64_t>(-1), [](auto& s) -> auto& { return s.schedule.range.to; })),
+      Number(
+          Kind::kFlag, "skip", "N",
+          "Skips N frames between two that are segmented: they are neither learnt from nor mapped",
+          AtLeast<int64_t>(0), [](auto& s) -> auto& { return s.schedule.skip; }),
+      Number(
+          Kind::kFlag, "fps", "RATE",
+          "Frames per second of a folder of images: sets their times, skips none", AtLeast(1e-3),
+          [](auto& s) -> auto& { return s.schedule.source.nominal_rate_hz; }),
+      {Kind::kFlag,
+       "times",
+       "FILE",
+       "The times of the images of a folder or a glob, one per line",
+       {},
+       [](const std::string& text, Settings& s) { s.schedule.source.times = text; },
+       [](const Settings& s) {
+         const std::string& times = s.schedule.source.times;
+         return times.empty() ? times : AbsolutePath(times);
+       }},
+      Untold(Number(
+          Kind::kFlag, "max_frames", "FRAMES", "Frames to segment at most; 0: no limit",
+          AtLeast<int64_t>(0), [](auto& s) -> auto& { return s.schedule.max_frames; })),
+  };
+}
+
+std::vector<SegmentOption> ModelSettings() {
+  SegmentOption inducing = Number(
+      Kind::kResearch, "inducing_points", "POINTS", "Inducing points of the sparse model at most",
+      Between(1, 4096),
+      [](auto& s) -> auto& { return s.segmenter.learner.model.sparse.inducing_points; });
+  inducing.get = [tell = inducing.get](const Settings& s) {
+    return s.segmenter.learner.model.kind == vision::ModelKind::kSparse ? tell(s) : "none";
+  };
+  return {
+      Word(
+          Kind::kResearch, "model",
+          "exact: the paper's; sparse: through inducing points, with which every pixel "
+          "(--stride=1) is affordable",
+          Words<vision::ModelKind>{{"exact", vision::ModelKind::kExact},
+                                   {"sparse", vision::ModelKind::kSparse}},
+          [](auto& s) -> auto& { return s.segmenter.learner.model.kind; }),
+      std::move(inducing),
+      {Kind::kResearch, "covariance", "FUNCTION",
+       absl::StrCat("Covariance function of the Gaussian process: one of ",
+                    absl::StrJoin(kernels::CovarianceFunction::Names(), ", "),
+                    "; or of these sums, products and isotropic(...), for example "
+                    "'matern52 + linear * isotropic(periodic)'"),
+       Check(CovarianceError),
+       [](const std::string& text, Settings& s) {
+         s.segmenter.learner.covariance = *kernels::CovarianceFunction::Parse(text);
+       },
+       [](const Settings& s) { return std::string(s.segmenter.learner.covariance.text()); }},
+      Number(
+          Kind::kResearch, "window", "PIXELS",
+          "Side of the square window over which a descriptor's intensities are averaged; odd",
+          Between(1, 255), [](auto& s) -> auto& { return s.segmenter.descriptor.window_pixels; }),
+  };
+}
+
+std::vector<SegmentOption> PointSettings() {
+  SegmentOption age = Number(
+      Kind::kResearch, "dynamic_age", "FRAMES", "Frames for which moving points stay in the model",
+      Between(int64_t{0}, kUnlimitedAge),
+      [](auto& s) -> auto& { return s.segmenter.learner.budget.maximum_positive_age; });
+  age.get = [](const Settings& s) {
+    return ToText(std::min(s.segmenter.learner.budget.maximum_positive_age, kUnlimitedAge));
+  };
+  return {
+      {Kind::kResearch, "density", "DISTANCE",
+       "Distance between descriptors below which points of one class are thinned; in the model 0.7 "
+       "of it; 0: none are",
+       Between(0.0, 1.0),
+       [](const std::string& text, Settings& s) {
+         s.segmenter.learner.SetDensity(std::stod(text));
+       },
+       [](const Settings& s) { return ToText(s.segmenter.learner.new_point_density.radius); }},
+      Number(
+          Kind::kResearch, "contradiction_radius", "DISTANCE",
+          "Distance between descriptors within which a new label drops the model's points of the "
+          "other class; 0: none are; without effect in profile paper",
+          Between(0.0, 1.0),
+          [](auto& s) -> auto& { return s.segmenter.learner.contradiction_radius; }),
+      std::move(age),
+      Number(
+          Kind::kResearch, "arrival_share", "SHARE",
+          "Largest number of points added per frame, as a share of the budget", Between(0.01, 1.0),
+          [](auto& s) -> auto& { return s.segmenter.learner.arrival_share; }),
+      Switch(
+          Kind::kResearch, "novelty_filter",
+          "Add only those new points that the model misclassifies (the paper's filter 2)",
+          [](auto& s) -> auto& { return s.segmenter.learner.novelty_filter; }),
+      Switch(
+          Kind::kResearch, "consistency_filter",
+          "Drop points that the model misclassifies although it holds them (filter 3)",
+          [](auto& s) -> auto& { return s.segmenter.learner.consistency_filter; }),
+      {Kind::kResearch, "zero_label", "PROBABILITY|mean",
+       "Label that becomes the target zero, the Gaussian process's prior mean; the filters count "
+       "labels above it as dynamic; mean: the mean label of the model's points",
+       NumberOr(kMeanLabel, Between(0.01, 0.5)),
+       [](const std::string& text, Settings& s) {
+         s.segmenter.learner.scales_to_mean_zero = text == kMeanLabel;
+         if (text != kMeanLabel) s.segmenter.learner.zero_label = std::stod(text);
+       },
+       [](const Settings& s) {
+         const vision::OnlineLearnerOptions& learner = s.segmenter.learner;
+         return learner.scales_to_mean_zero ? kMeanLabel : ToText(learner.zero_label);
+       }},
+  };
+}
+
+std::vector<SegmentOption> MapSettings() {
+  return {
+      Number(
+          Kind::kResearch, "location_prior", "WEIGHT",
+          "Weight of the location prior: where in the image things have moved so far; 0: none",
+          Between(0.0, 1.0), [](auto& s) -> auto& { return s.segmenter.location_prior.weight; }),
+      Number(
+          Kind::kResearch, "label_residual", "WEIGHT",
+          "Weight with which the map follows the frame's own labels near them, beside the "
+          "Gaussian process; 0: the Gaussian process alone",
+          Between(0.0, 1.0), [](auto& s) -> auto& { return s.segmenter.residual_weight; }),
+  };
+}
+
+std::vector<SegmentOption> LabelSettings() {
+  return {
+      File(
+          Kind::kResearch, "dump_features", "DIR",
+          "The folder for each frame's labels and descriptors as NNNNNN.npz, for other classifiers "
+          "(tools/evaluate/compare.py)",
+          [](auto& s) -> auto& { return s.features; }),
+      {Kind::kResearch, "evidence", "TERMS",
+       "What labels rest on: epipolar (the distance from the camera's motion alone), all, or a "
+       "list of epipolar, negative_depth, three_view, road, accumulation, own_vehicle",
+       Check([](std::string& text) {
+         return std::string(vision::ParseEvidenceTerms(text).status().message());
+       }),
+       [](const std::string& text, Settings& s) {
+         s.segmenter.labeller.evidence = *vision::ParseEvidenceTerms(text);
+       },
+       [](const Settings& s) { return vision::Describe(s.segmenter.labeller.evidence); }},
+      {Kind::kResearch, "frame_gap", "FRAMES|auto",
+       "Frames between the two pictures of a pair; auto: by the measured parallax",
+       NumberOr(kAutomatic, Between(1, 100)),
+       [](const std::string& text, Settings& s) {
+         s.segmenter.labeller.frame_gap = text == kAutomatic ? kAutomaticGap : std::stoi(text);
+       },
+       [](const Settings& s) {
+         const int gap = s.segmenter.labeller.frame_gap;
+         return gap == kAutomaticGap ? kAutomatic : absl::StrCat(gap);
+       }},
+      Number(
+          Kind::kResearch, "labelling_size", "PIXELS",
+          "Longer side to which pictures are reduced before labels are made; 0: they are not",
+          NumberOr("0", Between(64, 65536)),
+          [](auto& s) -> auto& { return s.segmenter.labeller.longest_side_pixels; }),
+      Switch(
+          Kind::kResearch, "patch_search",
+          "Search by patches where optical flow fails, for example small crossing cars",
+          [](auto& s) -> auto& { return s.segmenter.labeller.searches_lost; }),
+      Number(
+          Kind::kResearch, "focal_ratio", "RATIO",
+          "Focal length over the image's longer side, in place of --camera; 0: it is not known",
+          NumberOr("0", Between(0.1, 20.0)),
+          [](auto& s) -> auto& { return s.segmenter.labeller.focal_ratio; }),
+      Word(
+          Kind::kResearch, "equalize", "Luminance equalisation of each frame",
+          Words<vision::Equalization>{{"none", vision::Equalization::kNone},
+                                      {"global", vision::Equalization::kGlobal},
+                                      {"clahe", vision::Equalization::kClahe}},
+          [](auto& s) -> auto& { return s.segmenter.labeller.equalization.method; }),
+  };
+}
+
+std::vector<SegmentOption> ProfileSettings() {
+  return {
+      Word(
+          Kind::kProfile, "flow_quality", "",
+          Words<vision::FlowQuality>{{"ultrafast", vision::FlowQuality::kUltrafast},
+                                     {"fast", vision::FlowQuality::kFast},
+                                     {"medium", vision::FlowQuality::kMedium}},
+          [](auto& s) -> auto& { return s.segmenter.labeller.flow_quality; }),
+      Number(
+          Kind::kProfile, "training_points", "", "", {},
+          [](auto& s) -> auto& { return s.segmenter.learner.training.subset_size; }),
+      Word(
+          Kind::kProfile, "front_end", "", Words<bool>{{"default", false}, {"paper", true}},
+          [](auto& s) -> auto& { return s.segmenter.labeller.is_paper; }),
+      Switch(
+          Kind::kProfile, "random_start", "",
+          [](auto& s) -> auto& { return s.segmenter.learner.random_start; }),
+  };
+}
+
+}  // namespace
+
+const std::vector<SegmentOption>& SegmentOptions() {
+  static const auto& options = *[] {
+    auto* all = new std::vector<SegmentOption>();
+    for (const auto& part : {MapFlags(), CameraFlags(), ScheduleFlags(), ModelSettings(),
+                             PointSettings(), MapSettings(), LabelSettings(), ProfileSettings()}) {
+      all->insert(all->end(), part.begin(), part.end());
+    }
+    return all;
+  }();
+  return options;
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,66 @@
+// The options of `segment` that say what is computed: one table, from which come the flags, the
+// keys of --config, the settings of --set and of [research], what run.json tells, and with it what
+// --resume compares.
+//
+// A profile sets all options; one that is given overrides the profile.
+#ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_OPTIONS_H_
+#define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_OPTIONS_H_
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tools/segment/schedule.h"
+#include "tools/segment/segment_camera.h"
+#include "vision/segmentation/online_segmenter.h"
+
+namespace egosieve::tools {
+
+struct SegmentSettings {
+  vision::OnlineSegmenterOptions segmenter;
+  CameraSettings camera;
+  Schedule schedule;
+  std::string features;  // the folder of feature_dump.h; empty: none
+};
+
+struct SegmentOption {
+  enum class Kind {
+    kFlag,
+    kResearch,  // a setting of --set and of the table [research]
+    kProfile,   // of the profile alone
+  };
+  Kind kind;
+  std::string name;
+  std::string type;  // of the value; empty for a switch
+  std::string help;
+  CLI::Validator check;
+  std::function<void(const std::string& text, SegmentSettings& settings)> set;  // after `check`
+  std::function<std::string(const SegmentSettings& settings)> get;
+  // Whether run.json tells it, unless it is empty; a continued run then has the same.
+  bool is_told = true;
+};
+
+const std::vector<SegmentOption>& SegmentOptions();
+
+// The options that are given on the command line or in a file.
+class GivenOptions {
+ public:
+  void AddFlags(CLI::App& app);
+  bool Has(const std::string& name) const;
+  // The profile's settings, overridden by the given ones.
+  SegmentSettings MakeSettings() const;
+
+ private:
+  std::string profile_ = "default";
+  std::map<std::string, std::string> given_;  // empty: not given
+};
+
+// The value of every option that is told. Runs with the same have the same
+// maps, whether a value was given or came from the profile.
+std::map<std::string, std::string> DescribeSettings(const SegmentSettings& settings);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SEGMENT_SEGMENT_OPTIONS_H_
