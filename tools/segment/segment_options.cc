@@ -246,12 +246,6 @@ std::vector<SegmentOption> PointSettings() {
          s.segmenter.learner.SetDensity(std::stod(text));
        },
        [](const Settings& s) { return ToText(s.segmenter.learner.new_point_density.radius); }},
-      Number(
-          Kind::kResearch, "contradiction_radius", "DISTANCE",
-          "Distance between descriptors within which a new label drops the model's points of the "
-          "other class; 0: none are; without effect in profile paper",
-          Between(0.0, 1.0),
-          [](auto& s) -> auto& { return s.segmenter.learner.contradiction_radius; }),
       std::move(age),
       Number(
           Kind::kResearch, "arrival_share", "SHARE",

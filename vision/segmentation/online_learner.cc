@@ -12,7 +12,6 @@
 #include "absl/strings/str_format.h"
 #include "gp/calibration/leave_one_out.h"
 #include "gp/selection/agreement_filter.h"
-#include "gp/selection/contradiction_filter.h"
 #include "kernels/base/status_macros.h"
 #include "vision/segmentation/frame_calibration.h"
 #include "vision/segmentation/rows.h"
@@ -75,10 +74,6 @@ absl::Status OnlineLearnerOptions::Validate() const {
       return absl::InvalidArgumentError(absl::StrFormat(
           "density radius = %g; it must be finite and not negative", density->radius));
     }
-  }
-  if (!(contradiction_radius >= 0.0) || std::isinf(contradiction_radius)) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "contradiction_radius = %g; it must be finite and not negative", contradiction_radius));
   }
   if (!(arrival_share > 0.0 && arrival_share <= 1.0)) {
     return absl::InvalidArgumentError(
@@ -162,10 +157,8 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
         alive, gp::FilterByConsistency(LabelsOf(model_.targets()), PredictionsFromMeans(means)));
     counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
   } else {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        alive, gp::FilterByContradiction(model_.inputs(), LabelsOf(model_.targets()), inputs,
-                                         labels, options_.contradiction_radius));
-    counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
+    alive.resize(model_.size());
+    std::iota(alive.begin(), alive.end(), 0);
   }
   EGOSIEVE_RETURN_IF_ERROR(Thin(frame_index, alive, arriving, counts));
   EGOSIEVE_RETURN_IF_ERROR(model_.Remove(Complement(model_.size(), alive)));

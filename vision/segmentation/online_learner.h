@@ -3,9 +3,7 @@
 //   1. density       thin the new points                                            IV-E, 1
 //   2. novelty       keep those that the model gets wrong (all while it is empty)   IV-E, 2
 //      add           the factor grows                                               IV-D
-//   3. consistency   drop model points that are still classified wrongly            IV-E, 3
-//                    or, by default, those that the frame's labels contradict
-//                    (contradiction_filter.h)
+//   3. consistency   drop model points that are still classified wrongly; not by default  IV-E, 3
 //   4. density       thin the model, newest preferred                               IV-E, 4
 //   5. budget        drop the oldest beyond the budget, the rarer class protected
 //      remove        points of steps 3 to 5, all at once                            IV-D
@@ -61,9 +59,6 @@ struct OnlineLearnerOptions {
   gp::DensityFilterOptions new_point_density{0.08};
   bool novelty_filter = false;
   bool consistency_filter = false;
-  // Radius of contradiction_filter.h, which replaces the consistency filter; 0: no point is
-  // dropped.
-  double contradiction_radius = 0.0;
   gp::DensityFilterOptions model_density{0.056};
   gp::BudgetOptions budget;
   // Largest number of new points per frame, as a share of the budget: a model of one frame alone

@@ -24,7 +24,6 @@ namespace {
 constexpr int64_t kDefaultBudget = 1500;
 constexpr int64_t kPaperBudget = 4000;
 constexpr double kDefaultDensity = 0.05;
-constexpr double kContradictionRadius = 0.05;
 constexpr int64_t kDynamicAgeFrames = 3;
 constexpr double kLocationWeight = 0.25;
 constexpr double kResidualWeight = 0.3;
@@ -43,7 +42,6 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
   options.labeller.frame_gap = 0;
   options.labeller.longest_side_pixels = kLongestSide;
   options.learner.SetDensity(kDefaultDensity);
-  options.learner.contradiction_radius = kContradictionRadius;
   options.learner.budget.budget = kDefaultBudget;
   options.learner.budget.maximum_positive_age = kDynamicAgeFrames;
   options.location_prior.weight = kLocationWeight;

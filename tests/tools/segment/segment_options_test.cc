@@ -72,7 +72,6 @@ TEST(SegmentOptions, ChangeTheirOwnValueAlone) {
       {"--research.covariance=matern52", {{"covariance", "matern52"}}},
       {"--research.window=5", {{"window", "5"}}},
       {"--research.density=0.1", {{"density", "0.1"}}},
-      {"--research.contradiction_radius=0", {{"contradiction_radius", "0"}}},
       {"--research.dynamic_age=9", {{"dynamic_age", "9"}}},
       {"--research.arrival_share=0.25", {{"arrival_share", "0.25"}}},
       {"--research.novelty_filter=on", {{"novelty_filter", "on"}}},

@@ -116,7 +116,6 @@ TEST(OnlineLearner, GoesOnFromACheckpointWithItsMeanLabel) {
 TEST(OnlineLearner, TheFirstFrameFillsTheBudget) {
   OnlineLearnerOptions options = OnlineSegmenterOptions::Default().learner;
   options.SetDensity(0.0);
-  options.contradiction_radius = 0.0;
   options.budget = {500, 0.25};
   options.arrival_share = 0.2;
   const auto learner = MakeLearner(options);
