@@ -39,7 +39,6 @@ NOT_RUN = {
     './run install': 'builds the program again: tests/tools/embed/install installs it',
     './run wheel': 'builds for other machines, with packages from the network',
     './run tune': 'minutes: tests/tools/tune tunes small cases',
-    'out/stop': 'eighty frames; minutes',
     'out/street': '350 frames; minutes',
     'out/potential': '350 frames; minutes',
     'bazel ': 'builds tests',

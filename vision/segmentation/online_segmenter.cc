@@ -147,14 +147,15 @@ absl::StatusOr<LabelledFrame> OnlineSegmenter::Label(
 }
 
 absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
-    const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
+    const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted, bool with_posterior,
     const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead) {
   EGOSIEVE_ASSIGN_OR_RETURN(LabelledFrame labels, Label(std::move(extracted), ahead));
-  return LearnLabels(frame, std::move(labels));
+  return LearnLabels(frame, std::move(labels), with_posterior);
 }
 
 absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame& frame,
-                                                                     LabelledFrame labelled) {
+                                                                     LabelledFrame labelled,
+                                                                     bool with_posterior) {
   Learnt learnt;
   FrameRecord& record = learnt.record;
   record.frame_index = frame.index;
@@ -193,7 +194,7 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
     }
   }
   learner_->Describe(record);
-  {
+  if (with_posterior) {
     StageTimer timer(record.milliseconds.posterior);
     EGOSIEVE_ASSIGN_OR_RETURN(learnt.posterior, MakePosterior());
   }

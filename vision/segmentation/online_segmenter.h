@@ -95,9 +95,12 @@ class OnlineSegmenter {
   absl::StatusOr<LabelledFrame> Label(
       std::shared_ptr<const ExtractedFrame> extracted,
       const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead = {});
-  absl::StatusOr<Learnt> LearnLabels(const Frame& frame, LabelledFrame labels);
+  // Without `with_posterior` no posterior is made.
+  absl::StatusOr<Learnt> LearnLabels(const Frame& frame, LabelledFrame labels,
+                                     bool with_posterior = true);
   absl::StatusOr<Learnt> Learn(
       const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
+      bool with_posterior = true,
       const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead = {});
   // Also fills `record.milliseconds.inference`, `dynamic_share`, `expected_overlap`
   // and `clamped_variances`.
