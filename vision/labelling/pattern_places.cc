@@ -15,11 +15,7 @@ PatternPlaces::PatternPlaces(const FixedPattern* pattern, const cv::Mat& grey) {
   if (reduced.size() != pattern->size()) {
     cv::resize(reduced, reduced, pattern->size(), 0.0, 0.0, cv::INTER_AREA);
   }
-  const cv::Mat1f smooth = SmoothPicture(reduced);
-  const cv::Mat1b agreeing = pattern->Agreeing(smooth);
-  const cv::Mat1b textured = VarianceInWindow(smooth) >= kLeastContrast * kLeastContrast;
-  if (2 * cv::countNonZero(agreeing & textured) > cv::countNonZero(textured)) return;
-  agreeing_ = agreeing;
+  agreeing_ = pattern->Agreeing(SmoothPicture(reduced));
   scale_ = static_cast<double>(reduced.cols) / grey.cols;
 }
 

@@ -1,7 +1,6 @@
 // Places of a picture that agree with the drive's fixed pattern
 // (vision/own_vehicle/fixed_pattern.h): reflections, dirt on the windscreen, and parts of the own
-// vehicle that were not found as such. None where most textured places agree: these are the scene
-// itself, before a camera that stands where it stood for most of the drive.
+// vehicle that were not found as such.
 #ifndef EGOSIEVE_VISION_LABELLING_PATTERN_PLACES_H_
 #define EGOSIEVE_VISION_LABELLING_PATTERN_PLACES_H_
 

@@ -21,7 +21,6 @@
 namespace egosieve::vision {
 
 inline constexpr int kFixedPatternWindow = 11;  // pixels
-inline constexpr double kLeastContrast = 2.5;  // deviation in the window, grey levels; below: blank
 
 struct FixedPatternOptions {
   double least_correlation = 0.6;  // in (0, 1)

@@ -39,12 +39,12 @@
 namespace egosieve::vision {
 
 struct OwnVehicleOptions {
-  int fewest_pictures = 12;                // with fewer, no own vehicle is found; at least 3
-  FixedPatternOptions pattern;             // its most_shift_pixels is sigma as well
-  double agreeing_share = 0.8;             // in (0, 1]
-  double least_contrast = kLeastContrast;  // positive
-  double least_evidence = 12.0;            // positive
-  double most_pair_evidence = 4.0;         // c, of one pair; positive
+  int fewest_pictures = 12;         // with fewer, no own vehicle is found; at least 3
+  FixedPatternOptions pattern;      // its most_shift_pixels is sigma as well
+  double agreeing_share = 0.8;      // in (0, 1]
+  double least_contrast = 2.5;      // deviation in the window, grey levels; below: blank; positive
+  double least_evidence = 12.0;     // positive
+  double most_pair_evidence = 4.0;  // c, of one pair; positive
 
   absl::Status Validate() const;
 };

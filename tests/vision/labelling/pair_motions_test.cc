@@ -10,6 +10,7 @@
 
 #include "vision/image/node_grid.h"
 #include "vision/labelling/outlook.h"
+#include "vision/labelling/track_labeller.h"
 
 namespace egosieve::vision {
 namespace {
@@ -111,6 +112,18 @@ TEST(PairMotions, TheFixedPatternTellsNothingOfTheMotion) {
   };
   EXPECT_NEAR(shift_of(with), kShift, 0.5);
   EXPECT_NEAR(shift_of(without), 0.0, 0.5);
+}
+
+// What a hand-held camera, or one that stands, sees in most pictures is no windscreen.
+TEST(PatternOf, OnlyVehiclesHaveOne) {
+  FrameLabellerOptions options;
+  options.fixed_pattern = cv::Mat1b(kHeight, kWidth, uint8_t{100});
+  EXPECT_EQ(PatternOf(options), nullptr);
+  options.travel.share = 0.9;
+  options.travel.concentration = 400.0;
+  EXPECT_NE(PatternOf(options), nullptr);
+  options.travel.direction = Eigen::Vector3d::UnitX();
+  EXPECT_EQ(PatternOf(options), nullptr);
 }
 
 TEST(LookAhead, PassesOverRepeatedPicturesAndStopsAtAnotherSize) {
