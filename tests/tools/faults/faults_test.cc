@@ -21,8 +21,10 @@
 #include <thread>
 #include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
 #include "gtest/gtest.h"
 #include "tests/tools/faults/fault_kinds.h"
 #include "tests/tools/testing/patch_drive.h"
@@ -183,6 +185,15 @@ std::vector<int64_t> ChooseCalls(int64_t count, uint64_t seed) {
   return calls;
 }
 
+// The program's own: x264 writes a line of its own where it lacks memory.
+int64_t CountOwnLines(const std::string& said) {
+  int64_t lines = 0;
+  for (const absl::string_view line : absl::StrSplit(said, '\n', absl::SkipEmpty())) {
+    lines += !absl::StartsWith(line, "x264 [");
+  }
+  return lines;
+}
+
 TEST_P(Faults, NeitherLoseNorHideAnything) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "the sanitizer has its own allocation";
@@ -221,7 +232,7 @@ TEST_P(Faults, NeitherLoseNorHideAnything) {
         }
         EXPECT_TRUE(FilesIn(MasksFolder()) == masks) << where << ", exit code 0";
       } else if (code != kHung && test.name != "batch") {  // which tells of its drives, too
-        EXPECT_EQ(CountLines(Said()), 1) << where << ":\n" << Said();
+        EXPECT_EQ(CountOwnLines(Said()), 1) << where << ":\n" << Said();
         EXPECT_LT(code, 128) << where;
       }
       const std::string said = Said();

@@ -2,10 +2,12 @@
 
 #include <filesystem>
 #include <map>
+#include <variant>
 
 #include "absl/strings/str_cat.h"
 #include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/run_folder.h"
+#include "vision/frame/frame_source.h"
 
 namespace egosieve::tools {
 namespace {
@@ -37,6 +39,21 @@ std::string WithoutStart(std::string text) {
   return text;
 }
 
+// An encoder's bytes depend on where its memory lies: of a video the pictures are counted.
+std::string PicturesOf(const std::string& path) {
+  const auto video = vision::OpenFrameSource(path);
+  if (!video.ok()) return std::string(video.status().message());
+  int whole = 0;
+  while (true) {
+    const auto read = (*video)->Next();
+    if (!read.ok()) return std::string(read.status().message());
+    if (const auto* end = std::get_if<vision::EndOfFrames>(&*read)) {
+      return absl::StrCat(whole, " of ", end->frame_count, " pictures ", end->warning);
+    }
+    whole += std::holds_alternative<vision::Frame>(*read);
+  }
+}
+
 std::map<std::string, std::string> Contents(const std::string& path) {
   const RunFolder folder = *RunFolder::Open(path);
   std::map<std::string, std::string> contents;
@@ -48,6 +65,7 @@ std::map<std::string, std::string> Contents(const std::string& path) {
     contents[name] = name == "frames.jsonl"       ? LinesWithoutTimes(folder)
                      : name == "run.json"         ? DescriptionWithoutTimes(folder)
                      : name == "reconstruct.json" ? WithoutStart(*ReadFile(entry.path().string()))
+                     : name == "overlay.mp4"      ? PicturesOf(entry.path().string())
                                                   : *ReadFile(entry.path().string());
   }
   return contents;
