@@ -32,12 +32,11 @@
 // pixel of 1242 x 375: groups of 256, 2 per unit, 0.25 of the slots, which is the limit with 128
 // registers each (64 sums and two times 8 factors).
 //
-//   variance    128 queries per tile: 4.0 T multiply-adds, 0.120 s; a quarter as many reads of local
-//               memory in runs of four; 63 GB of scratch and factor; measured 0.146 s
+//   variance    128 queries per tile: 4.0 T multiply-adds, 0.120 s; 0.25 T reads of local memory,
+//               of four values each; 126 GB of scratch, 126 GB of factor from cache; measured
+//               0.143 s (bench/results/gpu.md)
 //   mean alone  1,024 queries per tile: 0.080 T multiply-adds, 0.0024 s; measured 0.008 s, of which
 //               most prepares and copies queries
-//
-// Single reads of local memory take 0.230 s with DEPTH 16, and without the next chunk on its way.
 #define GROUP (PANEL * PANELS)
 #define QUERIES (WIDTH * COLUMNS)
 #define WORK_GROUP (PANELS * COLUMNS)

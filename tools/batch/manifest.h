@@ -20,7 +20,8 @@
 //
 //   [{"path": "a.mp4", "out": "out/a", "flags": {"stride": 3}, "masks": {"for": "colmap"}}, ...]
 //
-// "research", an object, gives research settings (research_flag.h). "cuts", a list of frame numbers, gives the beginnings of a drive's further pieces (plan.h).
+// "research", an object, gives research settings (research_flag.h). "cuts", a list of frame numbers,
+// gives the beginnings of a drive's further pieces (plan.h).
 //
 // true means a flag without a value; false turns a flag off (--video=false). Paths are relative to
 // the manifest's folder.

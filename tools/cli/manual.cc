@@ -100,13 +100,13 @@ std::string FlagNames(const CLI::App& app) {
 }  // namespace
 
 const std::vector<std::pair<int, std::string>>& ExitCodeTexts() {
-  static const auto& texts =
-      *new std::vector<std::pair<int, std::string>>{{0, "done"},
-                                                    {1, "the device, the disk or memory failed"},
-                                                    {2, "usage"},
-                                                    {3, "the input cannot be read"},
-                                                    {4, "finished with some frames failed"},
-                                                    {130, "interrupted"}};
+  static const auto& texts = *new std::vector<std::pair<int, std::string>>{
+      {0, "done"},
+      {1, "the device, the disk or memory failed"},
+      {2, "usage"},
+      {3, "the input cannot be read"},
+      {4, "finished with some frames failed, or learnt from fewer than half of them"},
+      {130, "interrupted"}};
   return texts;
 }
 

@@ -27,6 +27,7 @@ import argparse
 import csv
 import json
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -42,6 +43,15 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import PolynomialFeatures
 from sklearn.svm import SVC
 
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from evaluate.drive_truth import DriveTruth  # noqa: E402
+from evaluate.errors import InputError, UsageError  # noqa: E402
+from evaluate.run_folder import Grid, RunFolder  # noqa: E402
+from evaluate.sequences import find_sequences  # noqa: E402
+from evaluate.truth_masks import DYNAMIC, VOID  # noqa: E402
+
 COVARIANCES = ("arcsine", "squared_exponential")
 CLASSIFIERS = ("svm", "logistic", "forest")
 RESAMPLES = 2000
@@ -54,15 +64,14 @@ class Dump:
     def __init__(self, path):
         arrays = np.load(path)
         self.index, self.labelled, self.first, self.second = (int(n) for n in arrays["frames"])
-        self.width, self.height, stride = (int(n) for n in arrays["grid"])
+        grid = Grid(*(int(n) for n in arrays["grid"]))
+        self.width, self.height = grid.width, grid.height
         self.labels, self.inputs, self.field = arrays["labels"], arrays["inputs"], arrays["field"]
         self.kind = int(arrays["kind"][0])
         positions, others = arrays["positions"], arrays["others"]
         self.places = positions if self.labelled == self.index else others
         self.pair = (positions, others) if self.labelled == self.first else (others, positions)
-        x, y = (np.minimum(np.arange(-(-(side - 1) // stride) + 1) * stride, side - 1)
-                for side in (self.width, self.height))  # fmt: skip
-        self.pixels = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)  # G x 2, (x, y)
+        self.pixels = np.stack(np.meshgrid(grid.x, grid.y), axis=-1).reshape(-1, 2)  # G x 2, (x, y)
 
     def spread(self, values):
         """At each pixel of the grid the value of the nearest place; 0 without places."""
@@ -260,22 +269,19 @@ def segmented(options, source, folder, covariance):
     return run, [json.loads(line) for line in (run / "frames.jsonl").read_text().splitlines()]
 
 
-def truth_of(truth, line, dump):
+def truth_of(truth, dump):
     """Rows of the grid with truth, and whether they move; None for a frame without truth."""
-    if truth.suffix == ".csv":
-        table = np.genfromtxt(truth, delimiter=",", names=True)
-        table = table[table["frame"] == int(Path(line["image"]).stem)]
-        places = np.column_stack([table["x"], table["y"]])
-        return (cKDTree(dump.pixels).query(places)[1], table["label"] > 1) if len(places) else None
-    for stem in (Path(line["image"]).stem, f"{line['index']:06d}"):
-        mask = cv2.imread(str(truth / f"{stem}.png"), cv2.IMREAD_GRAYSCALE)
-        if mask is not None:
-            if mask.shape != (dump.height, dump.width):
-                raise SystemExit(f"compare: {truth}/{stem}.png does not fit its frame")
-            values = mask[dump.pixels[:, 1], dump.pixels[:, 0]]
-            rows = np.flatnonzero(values != 128)
-            return rows, values[rows] > 0
-    return None
+    if dump.index not in truth.frames:
+        return None
+    if truth.scattered:
+        points = truth.points[dump.index]
+        return cKDTree(dump.pixels).query(points[["x", "y"]])[1], points.dynamic.to_numpy()
+    mask = truth.mask(dump.index, (dump.height, dump.width))
+    if mask is None:
+        raise InputError(f"{truth.masks[dump.index]} does not fit its frame")
+    values = mask[dump.pixels[:, 1], dump.pixels[:, 0]]
+    rows = np.flatnonzero(values != VOID)
+    return rows, values[rows] == DYNAMIC
 
 
 def compare_drive(options, name, source, truth):
@@ -284,6 +290,7 @@ def compare_drive(options, name, source, truth):
     runs = {m: segmented(options, source, folder, m) for m in COVARIANCES if m in options.methods}
     run, lines = next(iter(runs.values()))
     flags = json.loads((run / "run.json").read_text())["flags"]
+    truth = DriveTruth(truth, RunFolder(run))
     prior = LocationPrior(float(flags["location_prior"]))
     rivals = {m: Classifier(m, flags).answer if m in CLASSIFIERS else FRAME_BY_FRAME[m]
               for m in options.methods if m not in COVARIANCES}  # fmt: skip
@@ -305,7 +312,7 @@ def compare_drive(options, name, source, truth):
                 str(source / lines[index]["image"]), cv2.IMREAD_GRAYSCALE))  # fmt: skip
             took[method] = 1e3 * (time.perf_counter() - start)
             maps[method] = prior.apply(probability, dump)
-        if (found := truth_of(truth, line, dump)) is None:
+        if (found := truth_of(truth, dump)) is None:
             continue
         pixels, moves = found
         for method in options.methods:
@@ -348,14 +355,6 @@ def summarise(options, rows):
     return table
 
 
-def sequences(folder):
-    """(name, frames, truth) of each folder with frames/ and a truth, at any depth."""
-    for frames in sorted(folder.glob("**/frames")):
-        truths = [frames.parent / name for name in ("masks", "labels", "tracks.csv")]
-        if truth := next((t for t in truths if t.exists()), None):
-            yield str(frames.parent.relative_to(folder)), frames, truth
-
-
 def main():
     """Segments, compares, writes and prints."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -374,9 +373,15 @@ def main():
         parser.error(f"no method '{unknown[0]}'; the methods are {', '.join(METHODS)}")
     if not set(options.methods) & set(COVARIANCES):
         parser.error(f"--methods needs one of {', '.join(COVARIANCES)}")
-    one = [("drive", options.input, options.truth)]
-    drives = one if options.truth else sequences(options.input)
-    rows = [row for drive in drives for row in compare_drive(options, *drive)]
+    try:
+        drives = ([("drive", options.input, options.truth)] if options.truth else
+                  [(s.name, s.frames, s.truth) for s in find_sequences(options.input)[0]])
+    except InputError as error:
+        parser.error(f"no frame with truth: {error}")
+    try:
+        rows = [row for drive in drives for row in compare_drive(options, *drive)]
+    except (InputError, UsageError) as error:
+        parser.error(str(error))
     if not rows:
         parser.error(f"no frame with truth in {options.input}")
     with open(options.out / "compare.csv", "w", newline="") as file:

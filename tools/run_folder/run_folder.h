@@ -103,8 +103,7 @@ class RunFolder {
   // Whether the files that belong to a line with a map exist and are not empty.
   bool HoldsMaps(const FrameLine& line, const RunDescription& description) const;
 
-  // Writes kMapFiles and returns how many deviations saturated. If the potential is
-  // empty, it is not written.
+  // Writes kMapFiles and returns how many deviations saturated. An empty potential is not written.
   absl::StatusOr<int64_t> WriteGridMaps(int64_t index, const FrameMaps& maps,
                                         double deviation_full_scale) const;
   // The maps of a line with a map, without the potential. The deviation is left empty unless

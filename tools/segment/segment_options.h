@@ -57,8 +57,8 @@ class GivenOptions {
   std::map<std::string, std::string> given_;  // empty: not given
 };
 
-// The value of every option that is told. Runs with the same have the same
-// maps, whether a value was given or came from the profile.
+// The value of every option that is told. Runs with the same values have the same maps, whether a
+// value was given or came from the profile.
 std::map<std::string, std::string> DescribeSettings(const SegmentSettings& settings);
 
 }  // namespace egosieve::tools

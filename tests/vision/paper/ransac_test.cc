@@ -31,16 +31,20 @@ double StaticRms(const SyntheticPairs& scene, const Eigen::Matrix3d& matrix, Dis
   return std::sqrt(sum / n);
 }
 
+SyntheticPairs NoisyScene(CameraMotion motion, double outlier_share, int seed) {
+  SyntheticOptions options;
+  options.motion = motion;
+  options.mover_share = 0.2;
+  options.outlier_share = outlier_share;
+  options.noise_pixels = 0.3;
+  options.seed = seed;
+  return MakeSyntheticPairs(options);
+}
+
 TEST(EstimateFundamental, FitsTheStaticWorldAsWellAsTheTruth) {
   for (const CameraMotion motion : {CameraMotion::kForward, CameraMotion::kSideways}) {
     for (int seed = 1; seed <= 10; ++seed) {
-      SyntheticOptions options;
-      options.motion = motion;
-      options.mover_share = 0.2;
-      options.outlier_share = 0.2;
-      options.noise_pixels = 0.3;
-      options.seed = seed;
-      const SyntheticPairs scene = MakeSyntheticPairs(options);
+      const SyntheticPairs scene = NoisyScene(motion, 0.2, seed);
       RansacOptions ransac;
       ransac.seed = seed;
       const auto result = EstimateFundamental(scene.pairs, ransac);
@@ -56,13 +60,7 @@ TEST(EstimateFundamental, FitsTheStaticWorldAsWellAsTheTruth) {
 TEST(EstimateHomography, FitsAsWellAsTheTruth) {
   for (const CameraMotion motion : {CameraMotion::kRotation, CameraMotion::kPlanar}) {
     for (int seed = 1; seed <= 10; ++seed) {
-      SyntheticOptions options;
-      options.motion = motion;
-      options.mover_share = 0.2;
-      options.outlier_share = 0.3;
-      options.noise_pixels = 0.3;
-      options.seed = seed;
-      const SyntheticPairs scene = MakeSyntheticPairs(options);
+      const SyntheticPairs scene = NoisyScene(motion, 0.3, seed);
       RansacOptions ransac;
       ransac.seed = seed;
       const auto result = EstimateHomography(scene.pairs, ransac);
