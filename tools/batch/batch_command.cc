@@ -52,11 +52,11 @@ class BatchCommand : public Command {
            "many machines; does what is missing, ends with a table and a page.";
   }
   std::string example() const override {
-    return "egosieve batch videos --out=out --jobs=2 --then=reconstruct,masks,render,report\n"
+    return "egosieve batch videos --out=out --jobs=2 --then=refine,masks,render,report\n"
            "egosieve batch 'videos/*.mp4' --out=out --segment_flags='--profile=fast --stride=3'\n"
            "egosieve batch drives.toml --engine=slurm --sbatch=--cpus-per-task=4\n"
            "egosieve batch drives.toml --status\n"
-           "  # [defaults] with out = \"out\", then = [\"reconstruct\", \"masks\"] and segment's "
+           "  # [defaults] with out = \"out\", then = [\"refine\", \"masks\"] and segment's "
            "flags,\n"
            "  # [defaults.masks] with those of masks; then a table per drive, [a] with path = "
            "\"a.mp4\";\n"
@@ -81,7 +81,7 @@ class BatchCommand : public Command {
     app.add_option("--then", given_.then,
                    absl::StrCat("What follows segment, by commas: ",
                                 absl::StrJoin(FollowingCommands(), ", "),
-                                "; default: reconstruct,report; none: nothing. Masks go to "
+                                "; default: refine,report; none: nothing. Masks go to "
                                 "OUT/NAME.masks. What has been done on the same run with the same "
                                 "flags is left"))
         ->type_name("COMMANDS");

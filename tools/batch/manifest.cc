@@ -14,6 +14,7 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/command.h"
 #include "tools/cli/toml_entries.h"
 #include "tools/run_folder/run_folder.h"
 
@@ -92,11 +93,12 @@ Json AsList(const Json& value) { return value.is_array() ? value : Json::array({
 absl::Status SetThen(const std::string& where, const Json& value, Json& settings) {
   settings["then"] = Json::array();
   for (const Json& word : AsList(value)) {
-    if (!word.is_string() || !IsFollowing(word.get<std::string>())) {
-      return Refused(where, absl::StrCat("then: '", Text(word).value_or("{}"), "' is none of ",
+    const std::string command = PresentName(Text(word).value_or("{}"));
+    if (!IsFollowing(command)) {
+      return Refused(where, absl::StrCat("then: '", command, "' is none of ",
                                          absl::StrJoin(FollowingCommands(), ", ")));
     }
-    settings["then"].push_back(word);
+    settings["then"].push_back(command);
   }
   return absl::OkStatus();
 }
@@ -120,7 +122,8 @@ absl::StatusOr<Json> SettingsIn(const std::string& where, const Json& table) {
         where, absl::StrCat(table.dump().substr(0, 60), " is not an object with 'path' and 'out'"));
   }
   Json settings = Json::object();
-  for (const auto& [key, value] : table.items()) {
+  for (const auto& [given_key, value] : table.items()) {
+    const std::string key = PresentName(given_key);
     absl::Status status;
     if (key == "path" || key == "out") {
       if (!value.is_string()) return Refused(where, absl::StrCat("'", key, "' is not a text"));
@@ -162,7 +165,7 @@ absl::StatusOr<Json> GivenSettings(const BatchSettings& given) {
 
 BatchEntry Entry(const std::string& path, const std::string& out, const Json& settings) {
   BatchEntry entry = {path, out, Words(settings, "flags"), {}, {}};
-  for (const Json& command : settings.value("then", Json({"reconstruct", "report"}))) {
+  for (const Json& command : settings.value("then", Json({"refine", "report"}))) {
     entry.then.push_back({command, Words(settings, command)});
   }
   entry.cuts = settings.value("cuts", std::vector<int64_t>());
@@ -225,7 +228,7 @@ std::string From(const fs::path& folder, const fs::path& path) {
 
 const std::vector<std::string>& FollowingCommands() {
   static const auto& commands =
-      *new std::vector<std::string>{"reconstruct", "masks", "render", "report"};
+      *new std::vector<std::string>{"refine", "masks", "render", "report"};
   return commands;
 }
 

@@ -6,7 +6,7 @@
 //
 //   [defaults]
 //   out = "out"                        # run folders are out/NAME if a drive names none
-//   then = ["reconstruct", "masks"]    # reconstruct and report without it
+//   then = ["refine", "masks"]         # refine and report without it
 //   profile = "fast"
 //   [defaults.masks]
 //   for = "colmap"
@@ -55,7 +55,7 @@ struct BatchEntry {
 // folders.
 struct BatchSettings {
   std::string out;                         // the folder for the run folders
-  std::optional<std::string> then;         // "reconstruct,masks"
+  std::optional<std::string> then;         // "refine,masks"
   std::string segment_flags, masks_flags;  // "--stride=2 --deterministic"
 };
 

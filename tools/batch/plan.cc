@@ -41,7 +41,7 @@ bool HasProduct(const BatchEntry& entry, const std::string& command) {
   const fs::path out = entry.out;
   std::vector<fs::path> any;
   if (command == "masks") any = {MasksPath(entry)};
-  if (command == "reconstruct") any = {out / "reconstruct.json"};
+  if (command == "refine") any = {out / "reconstruct.json"};
   if (command == "render") any = {out / "overlay.mp4", out / "overlay.avi", out / "render"};
   if (command == "report") any = {out / "report.html"};
   return any.empty() || std::any_of(any.begin(), any.end(), [](const fs::path& path) {
@@ -134,7 +134,7 @@ BatchPlan::BatchPlan(std::vector<BatchEntry> entries) : entries_(std::move(entri
     add("merge", true);
   }
   for (const BatchStep& step : entries_.front().then) {
-    add(step.command, step.command == "reconstruct");
+    add(step.command, step.command == "refine");
   }
 }
 
@@ -171,7 +171,7 @@ std::vector<std::string> BatchPlan::Arguments(size_t stage, size_t drive) const 
   const std::vector<std::string> own = FlagsOf(entry, command);
   arguments.insert(arguments.end(), own.begin(), own.end());
   if (command == "report") return arguments;
-  if ((command == "reconstruct" || command == "render") && !Names(own, "device")) {
+  if ((command == "refine" || command == "render") && !Names(own, "device")) {
     std::copy_if(entry.flags.begin(), entry.flags.end(), std::back_inserter(arguments),
                  [](const std::string& flag) { return absl::StartsWith(flag, "--device="); });
   }
@@ -193,7 +193,7 @@ std::string BatchPlan::Key(size_t stage, size_t drive) const {
   }
   // What was made of other masks is made again, so the key has the flags of the needed steps.
   for (const size_t needed : stages_[stage].needs) {
-    if (stages_[needed].command == "reconstruct") steps.push_back(FlagsOf(entry, "reconstruct"));
+    if (stages_[needed].command == "refine") steps.push_back(FlagsOf(entry, "refine"));
   }
   steps.push_back(FlagsOf(entry, stages_[stage].command));
   return Json({{"runs", runs}, {"cuts", entry.cuts}, {"flags", steps}})
@@ -258,7 +258,7 @@ absl::StatusOr<int> BatchPlan::Run(size_t stage, size_t drive, const std::string
   const std::string log = to_log ? BookPath(stage, drive, ".log") : "";
   const std::string key = Key(stage, drive);
   if (const auto before = Record(stage, drive);
-      stages_[stage].command == "reconstruct" && before && before->key == key) {
+      stages_[stage].command == "refine" && before && before->key == key) {
     words.push_back("--resume");
   }
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(BookFolder(entries_[drive])));

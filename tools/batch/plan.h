@@ -2,8 +2,8 @@
 // or Slurm, Kubernetes, GNU parallel on many machines.
 //
 //   segment                      segment PATH --out=OUT
-//   reconstruct, masks, ...      `then` of the drives, in order; all need segment, and those after
-//                                reconstruct need it, too
+//   refine, masks, ...           `then` of the drives, in order; all need segment, and those after
+//                                refine need it, too
 //
 // If drives are cut into pieces, at most P, these tasks replace segment:
 //

@@ -120,7 +120,7 @@ TEST_F(Batch, DoesWhatFollowsForAFolderOfDrivesAndLinksItAll) {
   const std::vector<std::string> arguments = {"batch",
                                               root_,
                                               "--out=" + root_ + "/out",
-                                              "--then=reconstruct,masks,render,report",
+                                              "--then=refine,masks,render,report",
                                               "--segment_flags=--budget=100 --stride=8",
                                               "--masks_flags=--for=colmap --dilate=2"};
   const ProgramOutcome first = RunProgram(arguments);

@@ -46,7 +46,7 @@ deterministic = false
 TEST(ManifestTest, DefaultsAreSharedAndADriveGoesBeforeThem) {
   const char* toml = R"([defaults]
 out = "runs"
-then = ["reconstruct", "masks"]
+then = ["refine", "masks"]
 profile = "fast"
 deterministic = true
 masks.for = "colmap"
@@ -62,7 +62,7 @@ deterministic = false
 stride = 0.5
 then = "report"
 )";
-  const char* json = R"({"defaults": {"out": "runs", "then": ["reconstruct", "masks"],
+  const char* json = R"({"defaults": {"out": "runs", "then": ["refine", "masks"],
       "flags": {"profile": "fast", "deterministic": true}, "masks": {"for": "colmap"}},
     "drives": [{"path": "a.mp4"}, {"path": "b.mp4", "out": "elsewhere/b", "then": "report",
       "flags": {"profile": "paper", "deterministic": false, "stride": 0.5}}]})";
@@ -74,7 +74,7 @@ then = "report"
     EXPECT_EQ(a.out, "/drives/runs/a");
     EXPECT_THAT(a.flags, ElementsAre("--profile=fast", "--deterministic"));
     ASSERT_EQ(a.then.size(), 2u);
-    EXPECT_EQ(a.then[0].command, "reconstruct");
+    EXPECT_EQ(a.then[0].command, "refine");
     EXPECT_THAT(a.then[0].flags, ElementsAre());
     EXPECT_EQ(a.then[1].command, "masks");
     EXPECT_THAT(a.then[1].flags, ElementsAre("--for=colmap"));
@@ -86,7 +86,16 @@ then = "report"
   }
 }
 
-// Also what follows, which is reconstruct and report where nothing is said.
+TEST(ManifestTest, KnowsReconstructAsRefine) {
+  const auto entries = ParseManifest(
+      "[a]\npath = \"a\"\nout = \"a\"\nthen = \"reconstruct\"\nreconstruct.causal = true\n", "");
+  ASSERT_TRUE(entries.ok()) << entries.status();
+  ASSERT_EQ((*entries)[0].then.size(), 1u);
+  EXPECT_EQ((*entries)[0].then[0].command, "refine");
+  EXPECT_THAT((*entries)[0].then[0].flags, ElementsAre("--causal"));
+}
+
+// Also what follows, which is refine and report where nothing is said.
 TEST(ManifestTest, IsReadAsItIsWritten) {
   const std::vector<BatchEntry> entries = {
       {"/in/a", "/out/a", {"--stride=2", "--deterministic"}, {{"masks", {"--for=coco"}}}, {5, 9}},
@@ -107,7 +116,7 @@ TEST(ManifestTest, IsReadAsItIsWritten) {
   const auto bare = ParseManifest("[a]\npath = \"a\"\nout = \"a\"\n", "");
   ASSERT_TRUE(bare.ok()) << bare.status();
   ASSERT_EQ((*bare)[0].then.size(), 2u);
-  EXPECT_EQ((*bare)[0].then[0].command, "reconstruct");
+  EXPECT_EQ((*bare)[0].then[0].command, "refine");
 }
 
 TEST(ManifestTest, WhatIsGivenGoesBeforeAll) {
@@ -185,7 +194,7 @@ TEST(ManifestTest, WhatIsWrongIsSaidWithTheEntrysNumber) {
   EXPECT_THAT(error("[:]\n"), ContainsRegex("neither JSON .* nor TOML \\(line 1"));
   EXPECT_THAT(error("[a]\npath = \"a\"\npath = \"b\"\n"), HasSubstr("line 3"));
   EXPECT_THAT(error("[a]\npath = \"a\"\nout = \"x\"\nthen = \"sing\"\n"),
-              HasSubstr("entry 1: then: 'sing' is none of reconstruct"));
+              HasSubstr("entry 1: then: 'sing' is none of refine"));
   EXPECT_THAT(error("[a]\npath = \"a\"\nout = \"x\"\nsing.loud = true\n"),
               HasSubstr("entry 1: 'sing' has flags"));
   EXPECT_THAT(error("[defaults]\nresume = true\n[a]\npath = \"a\"\nout = \"x\"\n"),

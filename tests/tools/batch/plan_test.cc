@@ -33,11 +33,11 @@ BatchPlan Plan(const std::vector<BatchEntry>& entries) {
   return *std::move(plan);
 }
 
-const std::vector<BatchStep> kUsual = {{"reconstruct", {}}, {"report", {}}};
+const std::vector<BatchStep> kUsual = {{"refine", {}}, {"report", {}}};
 
 TEST(BatchPlan, NumbersStageByStageAndNeedsWhatComesBefore) {
   const BatchPlan plan = Plan({{"/a.mp4", "/out/a", {}, kUsual}, {"/b.mp4", "/out/b", {}, kUsual}});
-  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "reconstruct", "report"));
+  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "refine", "report"));
   EXPECT_EQ(plan.task_count(), 6);
   EXPECT_THAT(plan.stages()[0].needs, ElementsAre());
   EXPECT_THAT(plan.stages()[1].needs, ElementsAre(0));
@@ -47,17 +47,16 @@ TEST(BatchPlan, NumbersStageByStageAndNeedsWhatComesBefore) {
 
 TEST(BatchPlan, StepsNeedTheMapsAndTheMasksBeforeThem) {
   const BatchStep masks = {"masks", {"--for=colmap"}};
-  const BatchStep reconstruct = {"reconstruct", {"--causal"}}, render = {"render", {}};
-  const BatchPlan plan =
-      Plan({{"/a.mp4", "/out/a", {"--device=cpu"}, {reconstruct, masks, render}}});
-  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "reconstruct", "masks", "render"));
+  const BatchStep refine = {"refine", {"--causal"}}, render = {"render", {}};
+  const BatchPlan plan = Plan({{"/a.mp4", "/out/a", {"--device=cpu"}, {refine, masks, render}}});
+  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "refine", "masks", "render"));
   EXPECT_THAT(plan.stages()[1].needs, ElementsAre(0));
   EXPECT_THAT(plan.stages()[2].needs, ElementsAre(1));
   EXPECT_THAT(plan.stages()[3].needs, ElementsAre(1));
   EXPECT_THAT(plan.Arguments(0, 0), ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
                                                 "--device=cpu", "--progress=none"));
   EXPECT_THAT(plan.Arguments(1, 0),
-              ElementsAre("reconstruct", "/out/a", "--causal", "--device=cpu", "--progress=none"));
+              ElementsAre("refine", "/out/a", "--causal", "--device=cpu", "--progress=none"));
   EXPECT_THAT(plan.Arguments(2, 0), ElementsAre("masks", "/out/a", "--out=/out/a.masks",
                                                 "--overwrite", "--for=colmap", "--progress=none"));
   EXPECT_EQ(BatchPlan::Create({{"a", "a", {}, {masks}}, {"b", "b", {}, {render}}}).status().code(),
@@ -68,7 +67,7 @@ TEST(BatchPlan, CutDrivesAreLearntInPiecesThatOverlap) {
   const BatchPlan plan = Plan(
       {{"/a.mp4", "/out/a", {"--stride=2"}, kUsual, {100, 250}}, {"/b.mp4", "/out/b", {}, kUsual}});
   EXPECT_THAT(StageNames(plan),
-              ElementsAre("segment_1", "segment_2", "segment_3", "merge", "reconstruct", "report"));
+              ElementsAre("segment_1", "segment_2", "segment_3", "merge", "refine", "report"));
   EXPECT_THAT(plan.stages()[3].needs, ElementsAre(0, 1, 2));
   EXPECT_THAT(plan.stages()[4].needs, ElementsAre(3));
   EXPECT_THAT(plan.Arguments(0, 0), ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
@@ -131,7 +130,7 @@ class BatchTasks : public testing::Test {
 
 TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
   const auto run = [&](const std::string& flag, const std::string& masks = "--for=colmap") {
-    return RunBatch({flag, "--then=reconstruct,masks,render,report", "--masks_flags=" + masks});
+    return RunBatch({flag, "--then=refine,masks,render,report", "--masks_flags=" + masks});
   };
   for (int task = 0; task < 10; task += 2) {  // those of the first drive
     const ProgramOutcome outcome = run(absl::StrCat("--task=", task));
@@ -145,7 +144,7 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
                         "--stride=8", "--checkpoint_every=3"})
                 .code,
             0);
-  ASSERT_EQ(RunProgram({"reconstruct", alone}).code, 0);
+  ASSERT_EQ(RunProgram({"refine", alone}).code, 0);
   ASSERT_EQ(RunProgram({"masks", alone, "--for=colmap", "--out=" + alone + ".masks"}).code, 0);
   for (const std::string file : {"/grid/000004.prob.png", "/masks/000004.png", "/ids/000007.png",
                                  "/tracks.csv", ".masks/000005.png.png"}) {
@@ -164,7 +163,7 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
   // A batch on this machine reads the same book: it finds all that tasks have done.
   const auto time = std::filesystem::last_write_time(root_ + "/out/a/report.html");
   const auto render = [&](const std::string& flags) {
-    return RunBatch({"--then=reconstruct,masks,render,report", "--masks_flags=" + flags}).code;
+    return RunBatch({"--then=refine,masks,render,report", "--masks_flags=" + flags}).code;
   };
   EXPECT_EQ(render("--for=colmap --dilate=2"), 0);
   EXPECT_EQ(std::filesystem::last_write_time(root_ + "/out/a/report.html"), time);
@@ -174,8 +173,7 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
 TEST_F(BatchTasks, WhatNeedsAnotherStepIsDoneAgainWithIt) {
   const auto report_time = [&](const std::string& flags) {
     std::string manifest = *ReadFile(root_ + "/drives.toml");
-    manifest =
-        "[defaults]\nreconstruct = {" + flags + "}\n" + manifest.substr(0, manifest.find("[b]"));
+    manifest = "[defaults]\nrefine = {" + flags + "}\n" + manifest.substr(0, manifest.find("[b]"));
     EXPECT_TRUE(WriteFileAtomically(root_ + "/own.toml", manifest).ok());
     const ProgramOutcome outcome = RunProgram({"batch", root_ + "/own.toml"});
     EXPECT_EQ(outcome.code, 0) << outcome.err << outcome.out;
@@ -234,9 +232,9 @@ TEST_F(BatchTasks, StatusTellsWhatIsThereAtAnyTime) {
   EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +begun +1 of 3 +0 +8 +0 "));
   const ProgramOutcome early = RunBatch({"--task=4"});
   EXPECT_EQ(early.code, 2);
-  EXPECT_THAT(early.err, HasSubstr("'reconstruct'"));
+  EXPECT_THAT(early.err, HasSubstr("'refine'"));
   EXPECT_EQ(CountLines(early.err), 1);
-  EXPECT_THAT(RunBatch({"--plan"}).out, ContainsRegex(" 3  .*/out/b  reconstruct\n"));
+  EXPECT_THAT(RunBatch({"--plan"}).out, ContainsRegex(" 3  .*/out/b  refine\n"));
   EXPECT_EQ(RunBatch({"--plan", "--task=1"}).code, 2);
   EXPECT_THAT(*ReadFile(root_ + "/out/batch.html"), HasSubstr("2 drives, 1 begun, 1 not started"));
   EXPECT_EQ(RunBatch({"--task=6"}).code, 2);

@@ -53,7 +53,7 @@ class Slurm : public testing::Test {
       entries.push_back({absl::StrCat("/in/", i),
                          absl::StrCat("/nowhere/", i),
                          {},
-                         {{"reconstruct", {}}, {"report", {}}},
+                         {{"refine", {}}, {"report", {}}},
                          {}});
     }
     return *BatchPlan::Create(entries);

@@ -250,8 +250,8 @@ TEST_P(Faults, NeitherLoseNorHideAnything) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Commands, Faults,
-                         testing::Values("segment", "reconstruct", "masks", "render", "report",
-                                         "batch", "merge"),
+                         testing::Values("segment", "refine", "masks", "render", "report", "batch",
+                                         "merge"),
                          [](const auto& command) { return command.param; });
 
 }  // namespace

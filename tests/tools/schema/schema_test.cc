@@ -81,7 +81,7 @@ class Schema : public testing::Test {
   void MakeRun() {
     Run({"segment", root_ + "/frames", "--out=" + root_ + "/run", "--budget=100", "--stride=8",
          "--checkpoint_every=3", "--progress=none"});
-    Run({"reconstruct", root_ + "/run", "--progress=none"});
+    Run({"refine", root_ + "/run", "--progress=none"});
   }
 
   std::string root_;
