@@ -84,13 +84,8 @@ class MasksRun {
     if (!HasMasks(folder, lines)) {
       std::vector<std::string> words = {"refine", flags_.run, absl::StrCat("--input=", pictures)};
       // Products that refine already made with its own thresholds stay.
-      RefineOptions options;
-      if (flags_.options.mask.threshold) {
-        words.push_back("--what=probability");
-        EGOSIEVE_ASSIGN_OR_RETURN(options.what, ProductChoice::FromText("probability"));
-      }
-      EGOSIEVE_ASSIGN_OR_RETURN(const bool goes_on, IsResumable(folder, all, options));
-      if (goes_on && !IsRefined(folder)) words.push_back("--resume");
+      if (flags_.options.mask.threshold) words.push_back("--what=probability");
+      if (!IsRefined(folder)) words.push_back("--resume");
       const ExitCode made = Step(std::move(words), false);
       if (made != ExitCode::kDone && made != ExitCode::kFramesFailed) return made;
     }

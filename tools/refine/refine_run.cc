@@ -112,8 +112,9 @@ absl::Status RefineRun::Begin() {
   RemoveAbandonedFiles(folder_.path());
   frames_ = static_cast<int64_t>(lines_.size());
   EGOSIEVE_RETURN_IF_ERROR(CreateProductFolders(folder_, options_.what));
-  const bool has_state = std::filesystem::exists(folder_.File(kState));
-  return options_.resume && has_state ? RestoreState() : StartTracks();
+  if (!options_.resume) return StartTracks();
+  EGOSIEVE_ASSIGN_OR_RETURN(const bool goes_on, IsResumable(folder_, lines_, options_));
+  return goes_on ? RestoreState() : StartTracks();
 }
 
 absl::Status RefineRun::StartTracks() {
@@ -128,18 +129,12 @@ absl::Status RefineRun::StartTracks() {
 }
 
 absl::Status RefineRun::RestoreState() {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(folder_.File(kState)));
-  const auto json = nlohmann::json::parse(text, nullptr, false);
-  const std::string remedy = "; leave --resume out to begin anew";
-  if (json.is_discarded() ||
-      json.value("options", "") != SignatureOf(description_, lines_, options_)) {
-    return absl::FailedPreconditionError(
-        absl::StrCat(folder_.File(kState), " is of other options or of another run", remedy));
-  }
+  const nlohmann::json json = ReadState(folder_);
   done_before_ = json.value("frames_done", int64_t{0});
   track_rows_ = json.value("track_rows", int64_t{0});
   if (done_before_ < 0 || done_before_ > frames()) {
-    return absl::DataLossError(absl::StrCat(folder_.File(kState), " is damaged", remedy));
+    return absl::DataLossError(
+        absl::StrCat(folder_.File(kState), " is damaged; leave --resume out to begin anew"));
   }
   if (options_.what.tracks) {
     EGOSIEVE_ASSIGN_OR_RETURN(LineLog log,

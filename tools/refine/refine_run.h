@@ -34,7 +34,8 @@ struct RefineOptions {
   vision::MapWindowOptions window;
   vision::MoverTrackerOptions tracker;
   std::string input;    // if not empty, replaces the path in run.json
-  bool resume = false;  // continue where a former call with the same options stopped
+  // Continue where a former call with the same options stopped; begin where there is none.
+  bool resume = false;
 
   absl::Status Validate() const;
 };

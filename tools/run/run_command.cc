@@ -119,8 +119,9 @@ class RunCommand : public Command {
   absl::Status Refine(const RunFolder& folder, bool& has_news) const {
     RefineFlags refine;
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
-    EGOSIEVE_ASSIGN_OR_RETURN(refine.options.resume, IsResumable(folder, lines, RefineOptions()));
-    if (refine.options.resume && IsRefined(folder)) return absl::OkStatus();
+    EGOSIEVE_ASSIGN_OR_RETURN(const bool is_same, IsResumable(folder, lines, refine.options));
+    if (is_same && IsRefined(folder)) return absl::OkStatus();
+    refine.options.resume = true;
     refine.directory = segment_.directory;
     refine.result.quiet = has_news = true;
     return RunRefine(refine).status();

@@ -11,7 +11,6 @@
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
-#include "tools/batch/cuts.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -23,7 +22,9 @@ using ::testing::HasSubstr;
 
 std::vector<std::string> StageNames(const BatchPlan& plan) {
   std::vector<std::string> names;
-  for (const PlanStage& stage : plan.stages()) names.push_back(stage.name);
+  for (size_t stage = 0; stage < plan.stages(); ++stage) {
+    names.push_back(plan.tasks()[plan.Number(stage, 0)].stage);
+  }
   return names;
 }
 
@@ -38,27 +39,31 @@ const std::vector<BatchStep> kUsual = {{"refine", {}}, {"report", {}}};
 TEST(BatchPlan, NumbersStageByStageAndNeedsWhatComesBefore) {
   const BatchPlan plan = Plan({{"/a.mp4", "/out/a", {}, kUsual}, {"/b.mp4", "/out/b", {}, kUsual}});
   EXPECT_THAT(StageNames(plan), ElementsAre("segment", "refine", "report"));
-  EXPECT_EQ(plan.task_count(), 6);
-  EXPECT_THAT(plan.stages()[0].needs, ElementsAre());
-  EXPECT_THAT(plan.stages()[1].needs, ElementsAre(0));
-  EXPECT_THAT(plan.stages()[2].needs, ElementsAre(1));
-  EXPECT_EQ(plan.TaskNumber(2, 1), 5);
+  ASSERT_EQ(plan.tasks().size(), 6u);
+  EXPECT_THAT(plan.tasks()[1].needs, ElementsAre());
+  EXPECT_THAT(plan.tasks()[3].needs, ElementsAre(1));
+  EXPECT_THAT(plan.tasks()[5].needs, ElementsAre(3));
+  EXPECT_EQ(plan.Number(2, 1), 5u);
+  EXPECT_EQ(plan.DriveOf(5).out, "/out/b");
 }
 
 TEST(BatchPlan, StepsNeedTheMapsAndTheMasksBeforeThem) {
   const BatchStep masks = {"masks", {"--for=colmap"}};
-  const BatchStep refine = {"refine", {"--causal"}}, render = {"render", {}};
+  const BatchStep refine = {"refine", {"--causal"}}, render = {"render", {"--device=gpu"}};
   const BatchPlan plan = Plan({{"/a.mp4", "/out/a", {"--device=cpu"}, {refine, masks, render}}});
   EXPECT_THAT(StageNames(plan), ElementsAre("segment", "refine", "masks", "render"));
-  EXPECT_THAT(plan.stages()[1].needs, ElementsAre(0));
-  EXPECT_THAT(plan.stages()[2].needs, ElementsAre(1));
-  EXPECT_THAT(plan.stages()[3].needs, ElementsAre(1));
-  EXPECT_THAT(plan.Arguments(0, 0), ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
-                                                "--device=cpu", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(1, 0),
-              ElementsAre("refine", "/out/a", "--causal", "--device=cpu", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(2, 0), ElementsAre("masks", "/out/a", "--out=/out/a.masks",
-                                                "--overwrite", "--for=colmap", "--progress=none"));
+  const std::vector<BatchTask>& tasks = plan.tasks();
+  EXPECT_THAT(tasks[1].needs, ElementsAre(0));
+  EXPECT_THAT(tasks[2].needs, ElementsAre(1));
+  EXPECT_THAT(tasks[3].needs, ElementsAre(1));
+  EXPECT_THAT(tasks[0].arguments, ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
+                                              "--device=cpu", "--progress=none"));
+  EXPECT_THAT(tasks[1].arguments, ElementsAre("refine", "/out/a", "--resume", "--causal",
+                                              "--device=cpu", "--progress=none"));
+  EXPECT_THAT(tasks[2].arguments, ElementsAre("masks", "/out/a", "--out=/out/a.masks",
+                                              "--overwrite", "--for=colmap", "--progress=none"));
+  EXPECT_THAT(tasks[3].arguments,
+              ElementsAre("render", "/out/a", "--device=gpu", "--progress=none"));
   EXPECT_EQ(BatchPlan::Create({{"a", "a", {}, {masks}}, {"b", "b", {}, {render}}}).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
@@ -68,43 +73,54 @@ TEST(BatchPlan, CutDrivesAreLearntInPiecesThatOverlap) {
       {{"/a.mp4", "/out/a", {"--stride=2"}, kUsual, {100, 250}}, {"/b.mp4", "/out/b", {}, kUsual}});
   EXPECT_THAT(StageNames(plan),
               ElementsAre("segment_1", "segment_2", "segment_3", "merge", "refine", "report"));
-  EXPECT_THAT(plan.stages()[3].needs, ElementsAre(0, 1, 2));
-  EXPECT_THAT(plan.stages()[4].needs, ElementsAre(3));
-  EXPECT_THAT(plan.Arguments(0, 0), ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
+  const auto task = [&](size_t stage, size_t drive) {
+    return plan.tasks()[plan.Number(stage, drive)];
+  };
+  EXPECT_THAT(task(2, 0).needs, ElementsAre());
+  EXPECT_THAT(task(3, 0).needs, ElementsAre(0, 2, 4));
+  EXPECT_THAT(task(4, 0).needs, ElementsAre(6));
+  EXPECT_THAT(task(0, 0).arguments, ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
                                                 "--stride=2", "--to=99", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(1, 0),
+  EXPECT_THAT(task(1, 0).arguments,
               ElementsAre("segment", "/a.mp4", "--out=/out/a.pieces/2", "--resume", "--stride=2",
                           "--from=90", "--to=249", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(2, 0),
+  EXPECT_THAT(task(2, 0).arguments,
               ElementsAre("segment", "/a.mp4", "--out=/out/a.pieces/3", "--resume", "--stride=2",
                           "--from=240", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(3, 0), ElementsAre("merge", "/out/a", "/out/a.pieces/2",
+  EXPECT_THAT(task(3, 0).arguments, ElementsAre("merge", "/out/a", "/out/a.pieces/2",
                                                 "/out/a.pieces/3", "--progress=none"));
   // A drive in one piece.
-  EXPECT_THAT(plan.Arguments(0, 1),
+  EXPECT_THAT(task(0, 1).arguments,
               ElementsAre("segment", "/b.mp4", "--out=/out/b", "--resume", "--progress=none"));
   for (const size_t stage : {1, 2, 3}) {
-    EXPECT_THAT(plan.Arguments(stage, 1), ElementsAre());
-    EXPECT_TRUE(plan.IsDone(stage, 1));
+    EXPECT_THAT(task(stage, 1).arguments, ElementsAre());
+    EXPECT_TRUE(plan.IsDone(plan.Number(stage, 1)));
   }
 }
 
-TEST(BatchPlan, PiecesExcludeFlagsThatChooseFrames) {
-  EXPECT_TRUE(
-      BatchPlan::Create({{"a", "a", {"--to=5"}}, {"b", "b", {"--stride=2"}, {}, {10}}}).ok());
-  for (const char* flag : {"--from=3", "--to=5", "--max_frames=9"}) {
-    EXPECT_EQ(BatchPlan::Create({{"b", "b", {flag}, {}, {10}}}).status().code(),
-              absl::StatusCode::kInvalidArgument)
-        << flag;
+TEST(BatchPlan, IsReadAsItIsWritten) {
+  const BatchPlan plan =
+      Plan({{"/in/a", "/out/a", {"--stride=2"}, {{"masks", {"--for=coco"}}}, {50, 90}},
+            {"/in/b", "/out/b", {}, {{"masks", {}}}}});
+  const absl::StatusOr<BatchPlan> read = BatchPlan::FromText(plan.ToText());
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(read->tasks().size(), plan.tasks().size());
+  for (size_t i = 0; i < plan.tasks().size(); ++i) {
+    EXPECT_EQ(read->tasks()[i].stage, plan.tasks()[i].stage);
+    EXPECT_EQ(read->tasks()[i].folder, plan.tasks()[i].folder);
+    EXPECT_EQ(read->tasks()[i].arguments, plan.tasks()[i].arguments);
+    EXPECT_EQ(read->tasks()[i].needs, plan.tasks()[i].needs);
   }
-}
-
-TEST(DriveCuts, AreTheFewestPiecesOfEqualLength) {
-  EXPECT_THAT(EqualCuts(3000, 0.1, 5), ElementsAre());
-  EXPECT_THAT(EqualCuts(3001, 0.1, 5), ElementsAre(1500));
-  EXPECT_THAT(EqualCuts(9001, 0.1, 5), ElementsAre(2250, 4500, 6750));
-  EXPECT_THAT(EqualCuts(3, 1.0, 1e-9), ElementsAre(1, 2)) << "no piece is empty";
-  EXPECT_THAT(EqualCuts(-1, 0.1, 5), ElementsAre()) << "a length that no header tells";
+  EXPECT_EQ(read->DriveOf(3).path, "/in/b");
+  for (const char* text :
+       {"", "[]", "{\"drives\": [], \"tasks\": []}", "[{\"path\": \"a\", \"out\": \"b\"}]",
+        R"({"drives": [{"path": "a", "run": "b"}],
+            "tasks": [{"stage": "x", "run": "b", "arguments": ["x"], "needs": [0]}]})",
+        R"({"drives": [{"path": "a", "run": "b"}, {"path": "c", "run": "d"}],
+            "tasks": [{"stage": "x", "run": "b", "arguments": ["x"], "needs": []}]})"}) {
+    EXPECT_EQ(BatchPlan::FromText(text).status().code(), absl::StatusCode::kInvalidArgument)
+        << text;
+  }
 }
 
 class BatchTasks : public testing::Test {
@@ -239,7 +255,7 @@ TEST_F(BatchTasks, StatusTellsWhatIsThereAtAnyTime) {
   EXPECT_THAT(*ReadFile(root_ + "/out/batch.html"), HasSubstr("2 drives, 1 begun, 1 not started"));
   EXPECT_EQ(RunBatch({"--task=6"}).code, 2);
   ASSERT_TRUE(WriteFileAtomically(root_ + "/out/a/run.json", "{").ok());
-  EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +unreadable .*run.json"));
+  EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +failed .*run.json"));
 }
 
 }  // namespace

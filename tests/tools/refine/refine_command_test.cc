@@ -155,7 +155,8 @@ TEST(RefineRun, GoesOnWithTheSameBytes) {
 
   what.mask.low = 0.4;
   const auto other = RefineRun::Open(*context, run.folder, lines, what);
-  EXPECT_EQ(other.status().code(), absl::StatusCode::kFailedPrecondition);
+  ASSERT_TRUE(other.ok()) << other.status();
+  EXPECT_EQ((*other)->frames_done_before(), 0);
 }
 
 TEST(RefineCommand, SaysWhatIsWrongWithTheInput) {
@@ -198,6 +199,24 @@ TEST(RefineCommand, SaysWhatIsWrong) {
   const CommandOutcome missing = RunCommandForTest(MakeRefineCommand(), {run.folder.path()});
   EXPECT_EQ(missing.code, 3);
   EXPECT_THAT(missing.err, HasSubstr("the map of frame 2 in"));
+}
+
+TEST(RefineCommand, ResumesAnewWhereTheFormerOneHadOtherOptions) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_anew");
+  const auto refine = [&](const std::string& high) {
+    return RunCommandForTest(MakeRefineCommand(),
+                             {run.folder.path(), "--mask_high=" + high, "--resume"});
+  };
+  const auto moving = [&] {
+    return cv::countNonZero(cv::imread(run.folder.FrameFile("masks", 3, ".png"), -1));
+  };
+  ASSERT_EQ(refine("0.7").code, 0);
+  const int before = moving();
+  EXPECT_GT(before, 0);
+  ASSERT_EQ(refine("0.999").code, 0);
+  EXPECT_EQ(moving(), 0);
+  ASSERT_EQ(refine("0.7").code, 0);
+  EXPECT_EQ(moving(), before);
 }
 
 }  // namespace
