@@ -134,9 +134,9 @@ class BatchCommand : public Command {
   absl::StatusOr<BatchPlan> MakePlan() const {
     const std::string& input = inputs_.front();
     if (!IsPlan(input)) {
-      EGOSIEVE_ASSIGN_OR_RETURN(std::vector<BatchEntry> entries, ReadDrives(inputs_, given_));
-      if (piece_minutes_ > 0.0) CutDrives(piece_minutes_, entries);
-      return BatchPlan::Create(entries);
+      EGOSIEVE_ASSIGN_OR_RETURN(std::vector<BatchDrive> drives, ReadDrives(inputs_, given_));
+      if (piece_minutes_ > 0.0) CutDrives(piece_minutes_, drives);
+      return BatchPlan::Create(std::move(drives));
     }
     if (inputs_.size() > 1 || piece_minutes_ > 0.0 || given_.then || !given_.out.empty() ||
         !given_.segment_flags.empty() || !given_.masks_flags.empty()) {
@@ -196,7 +196,7 @@ class BatchCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, plan.ToText()));
     std::string text;
     size_t width = 3;
-    for (const BatchPlan::Drive& drive : plan.drives()) width = std::max(width, drive.out.size());
+    for (const BatchDrive& drive : plan.drives()) width = std::max(width, drive.out.size());
     for (size_t task = 0; task < plan.tasks().size(); ++task) {
       if (plan.tasks()[task].arguments.empty()) continue;
       absl::StrAppendFormat(&text, "%6d  %-*s  %s\n", task, static_cast<int>(width),

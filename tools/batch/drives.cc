@@ -30,8 +30,6 @@ namespace egosieve::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using Flags = std::vector<std::pair<std::string, std::string>>;  // names and values
-
 constexpr char kSegment[] = "segment";
 
 absl::Status CheckFollowing(const std::string& word) {
@@ -41,128 +39,99 @@ absl::Status CheckFollowing(const std::string& word) {
       absl::StrCat("'", word, "' is none of ", absl::StrJoin(all, ", ")));
 }
 
-// What is said of a drive; what is set later overrides.
-struct Settings {
-  std::string path, out;
-  std::vector<std::string> then = {"refine", "report"};
-  std::vector<int64_t> cuts;
-  std::map<std::string, Flags> flags;  // by command
+// "--stride" of "--stride=2"; "set=NAME" is a name, too.
+absl::string_view NameOf(absl::string_view flag) {
+  return flag.substr(0, flag.find('=', absl::StartsWith(flag, "--set=") ? 6 : 0));
+}
 
-  void SetFlag(const std::string& command, const std::string& name, const std::string& value) {
-    Flags& own = flags[command];
-    const auto same =
-        std::find_if(own.begin(), own.end(), [&](const auto& flag) { return flag.first == name; });
-    if (same != own.end()) own.erase(same);
-    own.emplace_back(name, value);
-  }
-  absl::Status SetThen(const std::vector<std::string>& words);
-  absl::Status SetCuts(const std::vector<std::string>& frames);
-  // keys: within the drive's table.
-  absl::Status Set(absl::Span<const std::string> keys, const TomlEntry& entry);
-  absl::Status SetGiven(const BatchSettings& given);
+// Replaces a flag of the same name.
+void SetFlag(const std::string& command, const std::string& flag, BatchDrive& drive) {
+  std::vector<std::string>& flags = drive.flags[command];
+  std::erase_if(flags, [&](const std::string& other) { return NameOf(other) == NameOf(flag); });
+  flags.push_back(flag);
+}
 
-  std::vector<std::string> Words(const std::string& command) const;
-};
-
-absl::Status Settings::SetThen(const std::vector<std::string>& words) {
-  then.clear();
+absl::Status SetThen(const std::vector<std::string>& words, BatchDrive& drive) {
+  drive.then.clear();
   for (const std::string& word : words) {
-    then.push_back(PresentName(word));
-    EGOSIEVE_RETURN_IF_ERROR(CheckFollowing(then.back()));
+    drive.then.push_back(PresentName(word));
+    EGOSIEVE_RETURN_IF_ERROR(CheckFollowing(drive.then.back()));
   }
   return absl::OkStatus();
 }
 
-absl::Status Settings::SetCuts(const std::vector<std::string>& frames) {
-  cuts = {0};
+absl::Status SetCuts(const std::vector<std::string>& frames, BatchDrive& drive) {
+  drive.cuts.clear();
+  int64_t before = 0, cut = 0;
   for (const std::string& frame : frames) {
-    cuts.push_back(0);
-    if (!absl::SimpleAtoi(frame, &cuts.back()) || cuts.back() <= cuts[cuts.size() - 2]) {
+    if (!absl::SimpleAtoi(frame, &cut) || cut <= before) {
       return absl::InvalidArgumentError("'cuts' is not an ascending list of frame numbers above 0");
     }
+    drive.cuts.push_back(before = cut);
   }
-  cuts.erase(cuts.begin());
   return absl::OkStatus();
 }
 
-absl::Status Settings::Set(absl::Span<const std::string> keys, const TomlEntry& entry) {
+// Sets what a line of a manifest says. keys: within the drive's table.
+absl::Status SetLine(absl::Span<const std::string> keys, const TomlEntry& line, BatchDrive& drive) {
   const std::string& key = keys.back();
   const bool is_own = keys.size() == 1;
-  if (is_own && key == "then") return SetThen(entry.values);
-  if (is_own && key == "cuts") return SetCuts(entry.values);
-  if (entry.is_array || keys.size() > 2) {
+  if (is_own && key == "then") return SetThen(line.values, drive);
+  if (is_own && key == "cuts") return SetCuts(line.values, drive);
+  if (line.is_array || keys.size() > 2) {
     return absl::InvalidArgumentError(absl::StrCat("'", key, "' has no single value"));
   }
-  const std::string& value = entry.values.front();
+  const std::string& value = line.values.front();
+  const std::string flag = value == "true" ? key : absl::StrCat(key, "=", value);
   if (is_own && (key == "path" || key == "out")) {
-    (key == "path" ? path : out) = value;
+    (key == "path" ? drive.path : drive.out) = value;
   } else if (is_own) {
-    SetFlag(kSegment, key, value);
+    SetFlag(kSegment, "--" + flag, drive);
   } else if (keys.front() == "research") {
-    SetFlag(kSegment, "set=" + key, value);
+    SetFlag(kSegment, "--set=" + flag, drive);
   } else {
     const std::string command = PresentName(keys.front());
     EGOSIEVE_RETURN_IF_ERROR(CheckFollowing(command));
-    SetFlag(command, key, value);
+    SetFlag(command, "--" + flag, drive);
   }
   return absl::OkStatus();
 }
 
-absl::Status Settings::SetGiven(const BatchSettings& given) {
+absl::Status SetGiven(const BatchSettings& given, BatchDrive& drive) {
   if (given.then) {
     EGOSIEVE_RETURN_IF_ERROR(
         SetThen(*given.then == "none"
                     ? std::vector<std::string>()
-                    : absl::StrSplit(*given.then, absl::ByAnyChar(", "), absl::SkipEmpty())));
+                    : absl::StrSplit(*given.then, absl::ByAnyChar(", "), absl::SkipEmpty()),
+                drive));
   }
-  for (const auto& [command, text] :
+  for (const auto& [command, flags] :
        {std::pair{kSegment, given.segment_flags}, {"masks", given.masks_flags}}) {
-    for (absl::string_view word : absl::StrSplit(text, ' ', absl::SkipEmpty())) {
-      if (!absl::ConsumePrefix(&word, "--")) {
+    for (const absl::string_view flag : absl::StrSplit(flags, ' ', absl::SkipEmpty())) {
+      if (!absl::StartsWith(flag, "--")) {
         return absl::InvalidArgumentError(
-            absl::StrCat("'", word, "' is no flag; write flags as --name=value"));
+            absl::StrCat("'", flag, "' is no flag; write flags as --name=value"));
       }
-      // "set=NAME" is a name, too.
-      const size_t end = word.find('=', absl::StartsWith(word, "set=") ? 4 : 0);
-      SetFlag(command, std::string(word.substr(0, end)),
-              end == word.npos ? "true" : std::string(word.substr(end + 1)));
+      SetFlag(command, std::string(flag), drive);
     }
   }
   return absl::OkStatus();
 }
 
-std::vector<std::string> Settings::Words(const std::string& command) const {
-  std::vector<std::string> words;
-  if (flags.count(command) == 0) return words;
-  for (const auto& [name, value] : flags.at(command)) {
-    words.push_back(value == "true" ? "--" + name : absl::StrCat("--", name, "=", value));
-  }
-  return words;
-}
-
-// "runs/a/" and "runs/a" are the same folder.
-std::string From(const fs::path& folder, const fs::path& path) {
-  const fs::path normal = (folder / path).lexically_normal();
-  return (normal.has_filename() ? normal : normal.parent_path()).string();
-}
-
-// folder: where paths begin. shared: the folder for run folders that nothing else names.
-absl::StatusOr<BatchEntry> MakeEntry(const std::string& name, Settings settings,
-                                     const std::string& folder, const std::string& shared,
-                                     const BatchSettings& given) {
-  EGOSIEVE_RETURN_IF_ERROR(settings.SetGiven(given));
-  if (settings.path.empty()) return absl::InvalidArgumentError("no 'path', the drive's input");
-  const std::string run = !settings.out.empty() ? From(folder, settings.out)
-                          : !given.out.empty()  ? From(given.out, name)
-                          : !shared.empty()     ? From(folder, fs::path(shared) / name)
-                                                : "";
+// Applies what is given, and makes the paths absolute. folder: where the drive's begin. shared: the
+// folder for run folders that nothing else names.
+absl::Status Complete(const std::string& name, const fs::path& folder, const fs::path& shared,
+                      const BatchSettings& given, BatchDrive& drive) {
+  EGOSIEVE_RETURN_IF_ERROR(SetGiven(given, drive));
+  if (drive.path.empty()) return absl::InvalidArgumentError("no 'path', the drive's input");
+  const fs::path run = !drive.out.empty()   ? folder / drive.out
+                       : !given.out.empty() ? fs::path(given.out) / name
+                       : !shared.empty()    ? folder / shared / name
+                                            : "";
   if (run.empty()) return absl::InvalidArgumentError("no 'out', the run folder to write");
-  BatchEntry entry = {
-      From(folder, settings.path), run, settings.Words(kSegment), {}, settings.cuts};
-  for (const std::string& command : settings.then) {
-    entry.then.push_back({command, settings.Words(command)});
-  }
-  return entry;
+  drive.path = AbsolutePath((folder / drive.path).string());
+  drive.out = AbsolutePath(run.string());
+  return absl::OkStatus();
 }
 
 bool Holds(const fs::path& folder, bool (*is_kind)(const std::string&)) {
@@ -237,31 +206,29 @@ absl::StatusOr<std::vector<fs::path>> FindDrives(const std::string& input) {
   return paths;
 }
 
-absl::StatusOr<std::vector<BatchEntry>> EntriesOfFolder(const std::string& input,
-                                                        const BatchSettings& given) {
+absl::StatusOr<std::vector<BatchDrive>> DrivesOfFolder(const std::string& input,
+                                                       const BatchSettings& given) {
   if (given.out.empty()) {
     return absl::InvalidArgumentError("--out is missing; give the folder for the run folders");
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<fs::path> drives, FindDrives(input));
-  std::vector<BatchEntry> entries;
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<fs::path> paths, FindDrives(input));
+  std::vector<BatchDrive> drives;
   std::error_code error;
-  for (const fs::path& path : drives) {
+  for (const fs::path& path : paths) {
     const fs::path name = fs::is_directory(path, error) ? path.filename() : path.stem();
-    Settings settings;
-    settings.path = InputOf(path);
-    EGOSIEVE_ASSIGN_OR_RETURN(entries.emplace_back(),
-                              MakeEntry(name.string(), std::move(settings), "", "", given));
+    drives.push_back({.path = InputOf(path)});
+    EGOSIEVE_RETURN_IF_ERROR(Complete(name.string(), "", "", given, drives.back()));
   }
-  return entries;
+  return drives;
 }
 
-absl::StatusOr<std::vector<BatchEntry>> EntriesOfManifest(const std::string& path,
-                                                          const BatchSettings& given) {
+absl::StatusOr<std::vector<BatchDrive>> DrivesOfManifest(const std::string& path,
+                                                         const BatchSettings& given) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  auto entries = ParseManifest(text, fs::path(path).parent_path().string(), given);
-  if (entries.ok()) return entries;
+  auto drives = ParseManifest(text, fs::path(path).parent_path().string(), given);
+  if (drives.ok()) return drives;
   return absl::InvalidArgumentError(
-      absl::StrCat("the manifest ", path, " cannot be used: ", entries.status().message()));
+      absl::StrCat("the manifest ", path, " cannot be used: ", drives.status().message()));
 }
 
 }  // namespace
@@ -278,43 +245,36 @@ bool IsManifest(const std::string& input) {
          (fs::is_regular_file(input, error) && !vision::HasVideoExtension(input));
 }
 
-absl::StatusOr<std::vector<BatchEntry>> ReadDrives(const std::vector<std::string>& inputs,
+absl::StatusOr<std::vector<BatchDrive>> ReadDrives(const std::vector<std::string>& inputs,
                                                    const BatchSettings& given) {
-  std::vector<BatchEntry> entries;
+  std::vector<BatchDrive> drives;
   for (const std::string& input : inputs) {
     EGOSIEVE_ASSIGN_OR_RETURN(
-        const std::vector<BatchEntry> found,
-        IsManifest(input) ? EntriesOfManifest(input, given) : EntriesOfFolder(input, given));
-    entries.insert(entries.end(), found.begin(), found.end());
+        const std::vector<BatchDrive> found,
+        IsManifest(input) ? DrivesOfManifest(input, given) : DrivesOfFolder(input, given));
+    drives.insert(drives.end(), found.begin(), found.end());
   }
-  std::map<std::string, std::string> paths;  // by run folder
-  for (const BatchEntry& entry : entries) {
-    if (const auto [other, is_new] = paths.emplace(entry.out, entry.path); !is_new) {
-      return absl::InvalidArgumentError(absl::StrCat(entry.path, " and ", other->second,
-                                                     " have the same run folder, ", entry.out));
-    }
-  }
-  return entries;
+  return drives;
 }
 
-absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
+absl::StatusOr<std::vector<BatchDrive>> ParseManifest(absl::string_view text,
                                                       const std::string& folder,
                                                       const BatchSettings& given) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<TomlEntry> lines, ReadTomlEntries(text));
-  std::vector<std::string> names;  // of the drives' tables, in their order
-  Settings defaults;
+  BatchDrive defaults;
   std::string shared;
-  std::map<std::string, Settings> drives;
+  std::vector<BatchDrive> drives;
+  std::map<std::string, size_t> numbers;  // of the drives, by name
   for (const bool of_defaults : {true, false}) {
     for (const TomlEntry& line : lines) {
       const absl::Span<const std::string> keys(line.path);
       const std::string& name = keys.front();
       if ((name == "defaults") != of_defaults) continue;
-      if (!of_defaults && drives.emplace(name, defaults).second) names.push_back(name);
+      if (!of_defaults && numbers.emplace(name, drives.size()).second) drives.push_back(defaults);
       const absl::Status status =
           keys.size() == 1
               ? absl::InvalidArgumentError("outside the tables of the drives; write [name] above")
-              : (of_defaults ? defaults : drives[name]).Set(keys.subspan(1), line);
+              : SetLine(keys.subspan(1), line, of_defaults ? defaults : drives[numbers[name]]);
       if (!status.ok()) {
         return absl::InvalidArgumentError(
             absl::StrCat("line ", line.line, ": ", name, ": ", status.message()));
@@ -322,16 +282,12 @@ absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
     }
     if (of_defaults) defaults.out.swap(shared);
   }
-  if (names.empty()) return absl::InvalidArgumentError("it lists no drive");
-  std::vector<BatchEntry> entries;
-  for (const std::string& name : names) {
-    absl::StatusOr<BatchEntry> entry = MakeEntry(name, drives[name], folder, shared, given);
-    if (!entry.ok()) {
-      return absl::InvalidArgumentError(absl::StrCat(name, ": ", entry.status().message()));
-    }
-    entries.push_back(*std::move(entry));
+  if (drives.empty()) return absl::InvalidArgumentError("it lists no drive");
+  for (const auto& [name, number] : numbers) {
+    const absl::Status status = Complete(name, folder, shared, given, drives[number]);
+    if (!status.ok()) return absl::InvalidArgumentError(absl::StrCat(name, ": ", status.message()));
   }
-  return entries;
+  return drives;
 }
 
 std::vector<int64_t> EqualCuts(int64_t frames, double seconds_per_frame, double minutes) {
@@ -343,22 +299,22 @@ std::vector<int64_t> EqualCuts(int64_t frames, double seconds_per_frame, double 
   return cuts;
 }
 
-void CutDrives(double minutes, std::vector<BatchEntry>& entries) {
-  for (BatchEntry& entry : entries) {
-    if (!entry.cuts.empty()) continue;
+void CutDrives(double minutes, std::vector<BatchDrive>& drives) {
+  for (BatchDrive& drive : drives) {
+    if (!drive.cuts.empty()) continue;
     vision::FrameSourceOptions options;
-    for (absl::string_view flag : entry.flags) {
+    for (absl::string_view flag : drive.flags[kSegment]) {
       double rate = 0.0;
       if (absl::ConsumePrefix(&flag, "--times=")) options.times = std::string(flag);
       if (absl::ConsumePrefix(&flag, "--fps=") && absl::SimpleAtod(flag, &rate) && rate > 0) {
         options.nominal_rate_hz = rate;
       }
     }
-    const absl::StatusOr<DriveInput> input = OpenDriveInput(entry.path, 0, options);
+    const absl::StatusOr<DriveInput> input = OpenDriveInput(drive.path, 0, options);
     if (!input.ok()) continue;
     const double seconds = SecondsPerFrame(*input->frames, 0).value_or(0.0);
     if (!(seconds > 0.0)) continue;
-    entry.cuts = EqualCuts(input->frames->expected_frame_count(), seconds, minutes);
+    drive.cuts = EqualCuts(input->frames->expected_frame_count(), seconds, minutes);
   }
 }
 

@@ -25,6 +25,7 @@
 #define EGOSIEVE_TOOLS_BATCH_DRIVES_H_
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,17 +35,12 @@
 
 namespace egosieve::tools {
 
-struct BatchStep {
-  std::string command;
-  std::vector<std::string> flags;  // "--stride=2"
-};
-
-struct BatchEntry {
-  std::string path;                  // of the drive's input
-  std::string out;                   // its run folder
-  std::vector<std::string> flags;    // of segment
-  std::vector<BatchStep> then = {};  // commands that follow, in this order
-  std::vector<int64_t> cuts = {};    // frames at which a further piece begins, ascending
+struct BatchDrive {
+  std::string path;  // of the drive's input; absolute, as `out`, once it is read
+  std::string out;   // its run folder
+  std::map<std::string, std::vector<std::string>> flags = {};  // "--stride=2", by command
+  std::vector<std::string> then = {"refine", "report"};        // commands that follow segment
+  std::vector<int64_t> cuts = {};  // frames at which a further piece begins, ascending
 };
 
 // What the command line says of all drives; it goes before a manifest, except before its run
@@ -63,13 +59,12 @@ bool IsManifest(const std::string& input);
 
 // The drives of all inputs, each a folder, a glob, a video or a manifest. NotFound if nothing is
 // there. InvalidArgument for an input without drives, a folder that holds the pictures of one drive,
-// two drives with one run folder, and a manifest that cannot be used, naming the drive. What is no
-// drive is a warning.
-absl::StatusOr<std::vector<BatchEntry>> ReadDrives(const std::vector<std::string>& inputs,
+// and a manifest that cannot be used, naming the drive. What is no drive is a warning.
+absl::StatusOr<std::vector<BatchDrive>> ReadDrives(const std::vector<std::string>& inputs,
                                                    const BatchSettings& given);
 
 // folder: the manifest's.
-absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
+absl::StatusOr<std::vector<BatchDrive>> ParseManifest(absl::string_view text,
                                                       const std::string& folder,
                                                       const BatchSettings& given = {});
 // The frames at which a drive of `frames` frames, `seconds_per_frame` apart, is cut into the fewest
@@ -78,7 +73,7 @@ std::vector<int64_t> EqualCuts(int64_t frames, double seconds_per_frame, double 
 
 // Gives cuts to drives without them, from the length in their headers and the time between their
 // first two frames. Drives that cannot be read are not cut: their task reports the error.
-void CutDrives(double minutes, std::vector<BatchEntry>& entries);
+void CutDrives(double minutes, std::vector<BatchDrive>& drives);
 
 }  // namespace egosieve::tools
 

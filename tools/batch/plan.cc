@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
@@ -69,9 +70,13 @@ std::string PieceFolder(const std::string& out, size_t piece) {
 
 // piece: from 1; 0: the drive. Empty if the drive has no such piece, and nothing to merge.
 std::vector<std::string> ArgumentsOf(const std::string& command, size_t piece,
-                                     const std::vector<std::string>& flags, const BatchEntry& entry,
-                                     const BatchPlan::Drive& drive) {
-  const size_t cuts = entry.cuts.size();
+                                     const BatchDrive& drive) {
+  const auto flags_of = [&](const std::string& name) {
+    const auto flags = drive.flags.find(name);
+    return flags == drive.flags.end() ? std::vector<std::string>() : flags->second;
+  };
+  const std::vector<std::string> flags = flags_of(command), of_segment = flags_of("segment");
+  const size_t cuts = drive.cuts.size();
   if (piece > cuts + 1 || (command == "merge" && cuts == 0)) return {};
   std::vector<std::string> words = {command, command == "segment" ? drive.path : drive.out};
   if (command == "segment") words.push_back("--out=" + PieceFolder(drive.out, piece));
@@ -83,18 +88,18 @@ std::vector<std::string> ArgumentsOf(const std::string& command, size_t piece,
   }
   words.insert(words.end(), flags.begin(), flags.end());
   if (piece > 1) {
-    const int64_t from = std::max<int64_t>(1, entry.cuts[piece - 2] - kOverlapFrames);
+    const int64_t from = std::max<int64_t>(1, drive.cuts[piece - 2] - kOverlapFrames);
     words.push_back(absl::StrCat("--from=", from));
   }
   if (piece > 0 && piece <= cuts) {
-    words.push_back(absl::StrCat("--to=", entry.cuts[piece - 1] - 1));
+    words.push_back(absl::StrCat("--to=", drive.cuts[piece - 1] - 1));
   }
   const auto is_device = [](const std::string& flag) {
     return absl::StartsWith(flag, "--device=");
   };
   if ((command == "refine" || command == "render") &&
       std::none_of(flags.begin(), flags.end(), is_device)) {
-    std::copy_if(entry.flags.begin(), entry.flags.end(), std::back_inserter(words), is_device);
+    std::copy_if(of_segment.begin(), of_segment.end(), std::back_inserter(words), is_device);
   }
   words.push_back("--progress=none");
   return words;
@@ -114,53 +119,54 @@ std::string BookFolder(const std::string& out) {
 
 std::string MasksPath(const std::string& out) { return out + ".masks"; }
 
-absl::StatusOr<BatchPlan> BatchPlan::Create(const std::vector<BatchEntry>& entries) {
-  BatchPlan plan;
+absl::StatusOr<BatchPlan> BatchPlan::Create(std::vector<BatchDrive> drives) {
   size_t cuts = 0;
-  const std::vector<BatchStep>& then = entries.front().then;
-  for (const BatchEntry& entry : entries) {
-    if (!std::equal(then.begin(), then.end(), entry.then.begin(), entry.then.end(),
-                    [](const auto& a, const auto& b) { return a.command == b.command; })) {
+  std::map<std::string, std::string> paths;  // by run folder
+  const std::vector<std::string>& then = drives.front().then;
+  for (const BatchDrive& drive : drives) {
+    cuts = std::max(cuts, drive.cuts.size());
+    if (drive.then != then) {
       return absl::InvalidArgumentError(
-          absl::StrCat(entry.out, " and ", entries.front().out,
+          absl::StrCat(drive.out, " and ", drives.front().out,
                        " differ in what follows segment; give them manifests of their own, or one "
                        "`then`"));
     }
-    plan.drives_.push_back({AbsolutePath(entry.path), AbsolutePath(entry.out)});
-    cuts = std::max(cuts, entry.cuts.size());
+    if (const auto [other, is_new] = paths.emplace(drive.out, drive.path); !is_new) {
+      return absl::InvalidArgumentError(absl::StrCat(drive.path, " and ", other->second,
+                                                     " have the same run folder, ", drive.out));
+    }
   }
-  // Adds a stage, with the flags of each drive.
-  const auto add = [&](const std::string& command, size_t piece, const std::vector<size_t>& needs,
-                       const auto& flags_of) {
-    for (size_t i = 0; i < entries.size(); ++i) {
-      const Drive& drive = plan.drives_[i];
+  BatchPlan plan;
+  plan.drives_ = std::move(drives);
+  // Adds a stage and returns its number.
+  const auto add = [&](const std::string& command, size_t piece, const std::vector<size_t>& needs) {
+    for (size_t i = 0; i < plan.drives_.size(); ++i) {
+      const BatchDrive& drive = plan.drives_[i];
       BatchTask task = {piece > 0 ? absl::StrCat(command, "_", piece) : command,
                         PieceFolder(drive.out, piece),
-                        ArgumentsOf(command, piece, flags_of(entries[i]), entries[i], drive),
+                        ArgumentsOf(command, piece, drive),
                         {}};
       for (const size_t stage : needs) task.needs.push_back(plan.Number(stage, i));
       plan.tasks_.push_back(std::move(task));
     }
     return plan.stages() - 1;
   };
-  const auto of_segment = [](const BatchEntry& entry) { return entry.flags; };
-  const auto none = [](const BatchEntry&) { return std::vector<std::string>(); };
-  std::vector<size_t> before;  // stages
+  std::vector<size_t> before;
   for (size_t piece = cuts > 0 ? 1 : 0; piece <= (cuts > 0 ? cuts + 1 : 0); ++piece) {
-    before.push_back(add("segment", piece, {}, of_segment));
+    before.push_back(add("segment", piece, {}));
   }
-  if (cuts > 0) before = {add("merge", 0, before, none)};
-  for (size_t k = 0; k < then.size(); ++k) {
-    const size_t stage = add(then[k].command, 0, before,
-                             [k](const BatchEntry& entry) { return entry.then[k].flags; });
-    if (then[k].command == "refine") before = {stage};
+  if (cuts > 0) before = {add("merge", 0, before)};
+  for (const std::string& command : plan.drives_.front().then) {
+    const size_t stage = add(command, 0, before);
+    if (command == "refine") before = {stage};
   }
   return plan;
 }
 
 Json BatchPlan::ToJson() const {
   Json drives = Json::array(), tasks = Json::array();
-  for (const Drive& drive : drives_) drives.push_back({{"path", drive.path}, {"run", drive.out}});
+  for (const BatchDrive& drive : drives_)
+    drives.push_back({{"path", drive.path}, {"run", drive.out}});
   for (size_t i = 0; i < tasks_.size(); ++i) {
     const BatchTask& task = tasks_[i];
     tasks.push_back({{"task", i},

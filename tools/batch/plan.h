@@ -57,23 +57,20 @@ struct TaskRecord {
 
 class BatchPlan {
  public:
-  struct Drive {
-    std::string path, out;  // absolute: the input and the run folder
-  };
-
-  // InvalidArgument if drives differ in the commands that follow.
-  static absl::StatusOr<BatchPlan> Create(const std::vector<BatchEntry>& entries);
+  // Paths are absolute. InvalidArgument if drives differ in what follows segment, or two have one
+  // run folder.
+  static absl::StatusOr<BatchPlan> Create(std::vector<BatchDrive> drives);
 
   // As JSON, for tasks on other machines. InvalidArgument for what is no plan.
   nlohmann::ordered_json ToJson() const;
   std::string ToText() const;
   static absl::StatusOr<BatchPlan> FromText(const std::string& text);
 
-  const std::vector<Drive>& drives() const { return drives_; }
+  const std::vector<BatchDrive>& drives() const { return drives_; }
   const std::vector<BatchTask>& tasks() const { return tasks_; }
   size_t stages() const { return tasks_.size() / drives_.size(); }
   size_t Number(size_t stage, size_t drive) const { return stage * drives_.size() + drive; }
-  const Drive& DriveOf(size_t task) const { return drives_[task % drives_.size()]; }
+  const BatchDrive& DriveOf(size_t task) const { return drives_[task % drives_.size()]; }
 
   bool IsDone(size_t task) const;
   // How the task ended; absent if it never ran, or was cut off when it ran last.
@@ -91,7 +88,7 @@ class BatchPlan {
   nlohmann::ordered_json Key(size_t task) const;
   std::string BookPath(size_t task, const char* suffix) const;
 
-  std::vector<Drive> drives_;
+  std::vector<BatchDrive> drives_;  // of a plan that was read, paths and run folders alone
   std::vector<BatchTask> tasks_;
 };
 

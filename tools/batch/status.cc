@@ -76,7 +76,7 @@ std::vector<std::pair<const char*, std::string>> Columns(const DriveStatus& driv
           {"time", DescribeDuration(drive.seconds)}};
 }
 
-std::string Row(const fs::path& folder, const BatchPlan::Drive& entry, const DriveStatus& drive) {
+std::string Row(const fs::path& folder, const BatchDrive& entry, const DriveStatus& drive) {
   // A class of the report's style sheet.
   const char* pill = drive.state == "done"                   ? "done"
                      : absl::EndsWith(drive.state, "failed") ? "failed"
@@ -129,7 +129,7 @@ std::vector<DriveStatus> StatusOfAll(const BatchPlan& plan) {
 void TellStatus(const BatchPlan& plan, const std::vector<DriveStatus>& drives,
                 const ResultFlag& result) {
   int width = 3;
-  for (const BatchPlan::Drive& entry : plan.drives()) {
+  for (const BatchDrive& entry : plan.drives()) {
     width = std::max(width, static_cast<int>(entry.out.size()));
   }
   std::string table = absl::StrFormat("%-*s  %13s", width, "run", "state");
@@ -157,7 +157,7 @@ void TellStatus(const BatchPlan& plan, const std::vector<DriveStatus>& drives,
 
 absl::StatusOr<std::string> FindPage(const BatchPlan& plan) {
   fs::path common = fs::path(plan.drives().front().out).parent_path();
-  for (const BatchPlan::Drive& entry : plan.drives()) {
+  for (const BatchDrive& entry : plan.drives()) {
     while (*fs::path(entry.out).lexically_relative(common).begin() == "..") {
       common = common.parent_path();
     }

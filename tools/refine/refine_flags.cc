@@ -29,7 +29,8 @@ void RefineFlags::AddFlags(CLI::App& app) {
       ->type_name("P");
   app.add_flag("--causal", options.window.link.causal,
                "Each frame from itself and the frames before it, as for a live camera");
-  app.add_flag("--resume", options.resume, "Continue where the same command stopped; start it where there is none");
+  app.add_flag("--resume", options.resume,
+               "Continue where the same command stopped; start it where there is none");
   app.add_option("--input", options.input, "Where the run's input is now, if it was moved")
       ->type_name("PATH");
   app.add_option("--static_below", options.classes.static_below,

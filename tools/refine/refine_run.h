@@ -33,7 +33,7 @@ struct RefineOptions {
   vision::ObjectThresholds mask = {0.5, 0.7};
   vision::MapWindowOptions window;
   vision::MoverTrackerOptions tracker;
-  std::string input;    // if not empty, replaces the path in run.json
+  std::string input;  // if not empty, replaces the path in run.json
   // Continue where a former call with the same options stopped; begin where there is none.
   bool resume = false;
 

@@ -172,7 +172,7 @@ TEST_F(Batch, AFlagThatIsOnByDefaultIsTurnedOff) {
 }
 
 TEST_F(Batch, ASignalBeforeTheProgramCatchesItIsAnInterruption) {
-  const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run", {}}});
+  const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run"}});
   const absl::StatusOr<int> code =
       plan.Run(0, Program("exec sleep 300"), /*to_log=*/true, [] { return true; });
   ASSERT_TRUE(code.ok()) << code.status();
@@ -188,7 +188,7 @@ TEST_F(Batch, AStepOfWhichNobodyKnowsHowItEndedIsNotDone) {
                 .code,
             0);
   ASSERT_EQ(RunProgram({"report", root_ + "/run"}).code, 0);
-  const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run", {}, {{"report", {}}}}});
+  const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run", {}, {"report"}}});
   const std::string program = Program("exit 0");
   const auto run = [&] { return plan.Run(1, program, /*to_log=*/true, [] { return false; }); };
   const auto before = signal(SIGCHLD, SIG_IGN);

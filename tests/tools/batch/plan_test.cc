@@ -28,13 +28,13 @@ std::vector<std::string> StageNames(const BatchPlan& plan) {
   return names;
 }
 
-BatchPlan Plan(const std::vector<BatchEntry>& entries) {
-  absl::StatusOr<BatchPlan> plan = BatchPlan::Create(entries);
+BatchPlan Plan(const std::vector<BatchDrive>& drives) {
+  absl::StatusOr<BatchPlan> plan = BatchPlan::Create(drives);
   EXPECT_TRUE(plan.ok()) << plan.status();
   return *std::move(plan);
 }
 
-const std::vector<BatchStep> kUsual = {{"refine", {}}, {"report", {}}};
+const std::vector<std::string> kUsual = {"refine", "report"};
 
 TEST(BatchPlan, NumbersStageByStageAndNeedsWhatComesBefore) {
   const BatchPlan plan = Plan({{"/a.mp4", "/out/a", {}, kUsual}, {"/b.mp4", "/out/b", {}, kUsual}});
@@ -48,9 +48,13 @@ TEST(BatchPlan, NumbersStageByStageAndNeedsWhatComesBefore) {
 }
 
 TEST(BatchPlan, StepsNeedTheMapsAndTheMasksBeforeThem) {
-  const BatchStep masks = {"masks", {"--for=colmap"}};
-  const BatchStep refine = {"refine", {"--causal"}}, render = {"render", {"--device=gpu"}};
-  const BatchPlan plan = Plan({{"/a.mp4", "/out/a", {"--device=cpu"}, {refine, masks, render}}});
+  const BatchPlan plan = Plan({{"/a.mp4",
+                                "/out/a",
+                                {{"segment", {"--device=cpu"}},
+                                 {"refine", {"--causal"}},
+                                 {"masks", {"--for=colmap"}},
+                                 {"render", {"--device=gpu"}}},
+                                {"refine", "masks", "render"}}});
   EXPECT_THAT(StageNames(plan), ElementsAre("segment", "refine", "masks", "render"));
   const std::vector<BatchTask>& tasks = plan.tasks();
   EXPECT_THAT(tasks[1].needs, ElementsAre(0));
@@ -64,13 +68,18 @@ TEST(BatchPlan, StepsNeedTheMapsAndTheMasksBeforeThem) {
                                               "--overwrite", "--for=colmap", "--progress=none"));
   EXPECT_THAT(tasks[3].arguments,
               ElementsAre("render", "/out/a", "--device=gpu", "--progress=none"));
-  EXPECT_EQ(BatchPlan::Create({{"a", "a", {}, {masks}}, {"b", "b", {}, {render}}}).status().code(),
-            absl::StatusCode::kInvalidArgument);
+  const auto refused = [](const BatchDrive& a, const BatchDrive& b) {
+    return BatchPlan::Create({a, b}).status().code() == absl::StatusCode::kInvalidArgument;
+  };
+  EXPECT_FALSE(refused({"/a", "/out/a"}, {"/b", "/out/b"}));
+  EXPECT_TRUE(refused({"/a", "/out/a", {}, {"masks"}}, {"/b", "/out/b", {}, {"render"}}));
+  EXPECT_TRUE(refused({"/a", "/out/a"}, {"/b", "/out/a"}));
 }
 
 TEST(BatchPlan, CutDrivesAreLearntInPiecesThatOverlap) {
-  const BatchPlan plan = Plan(
-      {{"/a.mp4", "/out/a", {"--stride=2"}, kUsual, {100, 250}}, {"/b.mp4", "/out/b", {}, kUsual}});
+  const BatchPlan plan =
+      Plan({{"/a.mp4", "/out/a", {{"segment", {"--stride=2"}}}, kUsual, {100, 250}},
+            {"/b.mp4", "/out/b", {}, kUsual}});
   EXPECT_THAT(StageNames(plan),
               ElementsAre("segment_1", "segment_2", "segment_3", "merge", "refine", "report"));
   const auto task = [&](size_t stage, size_t drive) {
@@ -100,8 +109,8 @@ TEST(BatchPlan, CutDrivesAreLearntInPiecesThatOverlap) {
 
 TEST(BatchPlan, IsReadAsItIsWritten) {
   const BatchPlan plan =
-      Plan({{"/in/a", "/out/a", {"--stride=2"}, {{"masks", {"--for=coco"}}}, {50, 90}},
-            {"/in/b", "/out/b", {}, {{"masks", {}}}}});
+      Plan({{"/in/a", "/out/a", {{"masks", {"--for=coco"}}}, {"masks"}, {50, 90}},
+            {"/in/b", "/out/b", {}, {"masks"}}});
   const absl::StatusOr<BatchPlan> read = BatchPlan::FromText(plan.ToText());
   ASSERT_TRUE(read.ok()) << read.status();
   ASSERT_EQ(read->tasks().size(), plan.tasks().size());

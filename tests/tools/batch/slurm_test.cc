@@ -48,15 +48,11 @@ class Slurm : public testing::Test {
   }
 
   static BatchPlan Plan(size_t drives) {
-    std::vector<BatchEntry> entries;
+    std::vector<BatchDrive> all;
     for (size_t i = 0; i < drives; ++i) {
-      entries.push_back({absl::StrCat("/in/", i),
-                         absl::StrCat("/nowhere/", i),
-                         {},
-                         {{"refine", {}}, {"report", {}}},
-                         {}});
+      all.push_back({absl::StrCat("/in/", i), absl::StrCat("/nowhere/", i)});
     }
-    return *BatchPlan::Create(entries);
+    return *BatchPlan::Create(all);
   }
 
   // The process of the script that jobs run, as element `element` of the array of a stage whose
