@@ -9,7 +9,7 @@ ARG DEBIAN=trixie
 FROM debian:${DEBIAN}-slim AS build
 COPY . /egosieve
 WORKDIR /egosieve
-RUN ./run install --portable --prefix=/opt/egosieve
+RUN ./run setup && ./run install --portable --prefix=/opt/egosieve
 RUN tools/embed/install/debian_packages /opt/egosieve/bin/egosieve >/opt/egosieve/packages
 
 FROM debian:${DEBIAN}-slim

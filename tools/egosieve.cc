@@ -16,9 +16,10 @@
 #include "tools/devices/devices_command.h"
 #include "tools/masks/masks_command.h"
 #include "tools/merge/merge_command.h"
-#include "tools/reconstruct/reconstruct_command.h"
+#include "tools/refine/refine_command.h"
 #include "tools/render/render_command.h"
 #include "tools/report/report_command.h"
+#include "tools/run/run_command.h"
 #include "tools/segment/segment_command.h"
 #include "tools/synthesize/synthesize_command.h"
 #include "tools/tune/tune_command.h"
@@ -36,11 +37,12 @@ int RunCommandLine(int argc, char** argv) {
       "egosieve",
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
       kVersion, BuildDescription());
+  line.Add(MakeRunCommand());
   line.Add(MakeSegmentCommand());
   line.Add(MakeMergeCommand());
   line.Add(MakeBatchCommand());
   line.Add(MakeSynthesizeCommand());
-  line.Add(MakeReconstructCommand());
+  line.Add(MakeRefineCommand());
   line.Add(MakeMasksCommand());
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());

@@ -62,7 +62,7 @@ REFUSED = '--out=data/images --overwrite'
 # What has been made before an example of --help or a recipe, by its words.
 DRIVE = 'egosieve segment drive.mp4 --out=out/drive'
 BEFORE = {
-    'egosieve reconstruct': DRIVE,
+    'egosieve refine': DRIVE,
     'egosieve render': DRIVE,
     'egosieve report': DRIVE,
     'egosieve masks out/masks.run': 'egosieve masks images --for=colmap --out=out/masks',
@@ -189,7 +189,7 @@ class Guides(unittest.TestCase):
         self.assertEqual(faults, [])
 
     def test_readme(self):
-        self.check('README.md')
+        self.check('README.md', more_than=1)
 
     def test_questions(self):
         self.check('docs/questions.md', first='./run segment my.mp4 --out=out/my')

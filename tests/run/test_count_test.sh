@@ -11,7 +11,9 @@ fail() {
 tree=$TEST_TMPDIR/tree
 mkdir -p "$tree"/{tools_on_path,bazel-testlogs/tests/kernels/a_test}
 cp run "$tree/run"
-for name in awk bash basename cat dirname grep mkdir mktemp rm sed sort tee; do
+mkdir -p "$tree/tests/run"
+cp tests/run/suite.py "$tree/tests/run"
+for name in bash cat dirname; do
   ln -s "$(command -v "$name")" "$tree/tools_on_path/$name"
 done
 cat >"$tree/bazel-testlogs/tests/kernels/a_test/test.xml" <<'END'

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -16,10 +15,8 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
-#include "tools/batch/cuts.h"
+#include "tools/batch/drives.h"
 #include "tools/batch/drives_run.h"
-#include "tools/batch/found_drives.h"
-#include "tools/batch/manifest.h"
 #include "tools/batch/plan.h"
 #include "tools/batch/slurm.h"
 #include "tools/batch/status.h"
@@ -29,20 +26,11 @@
 #include "tools/cli/result_flag.h"
 #include "tools/cli/warning.h"
 #include "tools/run_folder/run_folder.h"
-#include "vision/frame/input_files.h"
 
 namespace egosieve::tools {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-bool IsManifest(const std::string& input) {
-  std::error_code error;
-  const std::string extension = fs::path(input).extension().string();
-  return extension == ".toml" || extension == ".json" ||
-         (fs::is_regular_file(input, error) && !vision::HasVideoExtension(input));
-}
 
 class BatchCommand : public Command {
  public:
@@ -52,21 +40,20 @@ class BatchCommand : public Command {
            "many machines; does what is missing, ends with a table and a page.";
   }
   std::string example() const override {
-    return "egosieve batch videos --out=out --jobs=2 --then=reconstruct,masks,render,report\n"
+    return "egosieve batch videos --out=out --jobs=2 --then=refine,masks,render,report\n"
            "egosieve batch 'videos/*.mp4' --out=out --segment_flags='--profile=fast --stride=3'\n"
            "egosieve batch drives.toml --engine=slurm --sbatch=--cpus-per-task=4\n"
            "egosieve batch drives.toml --status\n"
-           "  # [defaults] with out = \"out\", then = [\"reconstruct\", \"masks\"] and segment's "
+           "  # [defaults] with out = \"out\", then = [\"refine\", \"masks\"] and segment's "
            "flags,\n"
            "  # [defaults.masks] with those of masks; then a table per drive, [a] with path = "
-           "\"a.mp4\";\n"
-           "  # or JSON, a list of {\"path\": ..., \"out\": ..., \"flags\": {...}}";
+           "\"a.mp4\"";
   }
 
   void AddFlags(CLI::App& app) override {
     app.add_option("INPUT", inputs_,
                    "A folder or a glob of drives (videos, and folders of pictures or videos), or "
-                   "a manifest, as JSON or TOML")
+                   "a manifest, in TOML; or the plan that --plan has written")
         ->required()
         ->default_str("")
         ->type_name("")
@@ -81,7 +68,7 @@ class BatchCommand : public Command {
     app.add_option("--then", given_.then,
                    absl::StrCat("What follows segment, by commas: ",
                                 absl::StrJoin(FollowingCommands(), ", "),
-                                "; default: reconstruct,report; none: nothing. Masks go to "
+                                "; default: refine,report; none: nothing. Masks go to "
                                 "OUT/NAME.masks. What has been done on the same run with the same "
                                 "flags is left"))
         ->type_name("COMMANDS");
@@ -118,21 +105,14 @@ class BatchCommand : public Command {
 
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_RETURN_IF_ERROR(CheckFlags());
-    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<BatchEntry> entries, FindEntries());
-    if (piece_minutes_ > 0.0) CutDrives(piece_minutes_, entries);
-    EGOSIEVE_ASSIGN_OR_RETURN(const BatchPlan plan, BatchPlan::Create(std::move(entries)));
+    EGOSIEVE_ASSIGN_OR_RETURN(const BatchPlan plan, MakePlan());
     if (task_.has_value()) return RunTask(plan);
     if (plan_) return TellPlan(plan);
     if (engine_ == "slurm") return SubmitPlan(plan);
-    const absl::Status is_ours = CheckPage(plan);
-    if (!status_) {
-      EGOSIEVE_RETURN_IF_ERROR(is_ours);
-      return RunHere(plan);
-    }
+    if (!status_) return RunHere(plan);
     const std::vector<DriveStatus> drives = StatusOfAll(plan);
     TellStatus(plan, drives, result_);
-    const absl::Status written = is_ours.ok() ? WritePage(plan, drives) : is_ours;
-    if (!written.ok()) Warn(written.message());
+    Warn(WritePage(plan, drives).message());
     return ExitCode::kDone;
   }
 
@@ -144,97 +124,86 @@ class BatchCommand : public Command {
     if (engine_ == "local" && !sbatch_.empty()) {
       return absl::InvalidArgumentError("no effect without --engine=slurm: --sbatch; leave it out");
     }
-    if (piece_minutes_ > 0.0 && (task_.has_value() || status_)) {
-      return absl::InvalidArgumentError(
-          "--task and --status need the pieces of a plan; give the file that --plan names");
-    }
     return absl::OkStatus();
   }
 
-  // The drives of all inputs, in their order.
-  absl::StatusOr<std::vector<BatchEntry>> FindEntries() const {
-    std::vector<BatchEntry> entries;
-    for (const std::string& input : inputs_) {
-      if (IsManifest(input)) {
-        EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<BatchEntry> listed,
-                                  ReadManifest(input, given_));
-        entries.insert(entries.end(), listed.begin(), listed.end());
-        continue;
-      }
-      if (given_.out.empty()) {
-        return absl::InvalidArgumentError("--out is missing; give the folder for the run folders");
-      }
-      EGOSIEVE_ASSIGN_OR_RETURN(const FoundDrives found, FindDrives(input));
-      for (const auto& [name, path] : found.drives) {
-        EGOSIEVE_ASSIGN_OR_RETURN(entries.emplace_back(), MakeEntry(name, path, given_));
-      }
-      if (!found.left_out.empty()) {
-        Warn(absl::StrCat("no drives, and left out: ", absl::StrJoin(found.left_out, ", ")));
-      }
+  static bool IsPlan(const std::string& input) {
+    return std::filesystem::path(input).extension() == ".json";
+  }
+
+  absl::StatusOr<BatchPlan> MakePlan() const {
+    const std::string& input = inputs_.front();
+    if (!IsPlan(input)) {
+      EGOSIEVE_ASSIGN_OR_RETURN(std::vector<BatchDrive> drives, ReadDrives(inputs_, given_));
+      if (piece_minutes_ > 0.0) CutDrives(piece_minutes_, drives);
+      return BatchPlan::Create(std::move(drives));
     }
-    EGOSIEVE_RETURN_IF_ERROR(CheckFolders(entries));
-    return entries;
+    if (inputs_.size() > 1 || piece_minutes_ > 0.0 || given_.then || !given_.out.empty() ||
+        !given_.segment_flags.empty() || !given_.masks_flags.empty()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(input, " is a plan, with drives and flags of its own; leave others out"));
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(input));
+    const absl::StatusOr<BatchPlan> plan = BatchPlan::FromText(text);
+    if (plan.ok()) return plan;
+    return absl::InvalidArgumentError(absl::StrCat(
+        input,
+        " is no plan that --plan has written (manifests are TOML): ", plan.status().message()));
   }
 
   absl::StatusOr<ExitCode> RunHere(const BatchPlan& plan) const {
+    EGOSIEVE_RETURN_IF_ERROR(FindPage(plan).status());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
-    DrivesRun run(plan, program);
-    run.Run(jobs_);
-    TellStatus(plan, run.drives(), result_);
-    if (!run.page_status().ok()) Warn(run.page_status().message());
+    const std::vector<DriveStatus> drives = RunDrives(plan, program, jobs_);
+    TellStatus(plan, drives, result_);
     if (InterruptionRequested()) {
       return absl::CancelledError("interrupted; the same command goes on");
     }
-    const bool is_done = std::all_of(run.drives().begin(), run.drives().end(),
+    const bool is_done = std::all_of(drives.begin(), drives.end(),
                                      [](const DriveStatus& d) { return d.state == "done"; });
     return is_done ? ExitCode::kDone : ExitCode::kFramesFailed;
   }
 
   absl::StatusOr<ExitCode> RunTask(const BatchPlan& plan) const {
-    if (*task_ >= plan.task_count()) {
+    const size_t task = *task_;
+    if (task >= plan.tasks().size()) {
       return absl::OutOfRangeError(
-          absl::StrCat("--task=", *task_, ": the plan has tasks 0 to ", plan.task_count() - 1));
+          absl::StrCat("--task=", task, ": the plan has tasks 0 to ", plan.tasks().size() - 1));
     }
-    const size_t drives = plan.entries().size(), number = static_cast<size_t>(*task_);
-    const size_t stage = number / drives, drive = number % drives;
-    if (const std::optional<size_t> missing = plan.MissingStage(stage, drive)) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          "the task '", plan.stages()[*missing].name, "' of ", plan.entries()[drive].out,
-          " is not done; run it first: --task=", plan.TaskNumber(*missing, drive)));
+    for (const size_t needed : plan.tasks()[task].needs) {
+      if (plan.IsDone(needed)) continue;
+      return absl::FailedPreconditionError(
+          absl::StrCat("the task '", plan.tasks()[needed].stage, "' of ", plan.DriveOf(task).out,
+                       " is not done; run it first: --task=", needed));
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        const int code, plan.Run(stage, drive, program, /*to_log=*/false, InterruptionRequested));
+    EGOSIEVE_ASSIGN_OR_RETURN(const int code,
+                              plan.Run(task, program, /*to_log=*/false, InterruptionRequested));
     return static_cast<ExitCode>(code);
   }
 
-  // The folder for files of engines: egosieve_jobs/NAME beside the manifest or the run folders.
+  // The folder for files of engines: egosieve_jobs/NAME beside the file or the run folders.
   std::string JobsFolder() const {
-    const fs::path path = AbsolutePath(IsManifest(inputs_.front()) ? inputs_.front() : given_.out);
+    const std::string& input = inputs_.front();
+    const std::filesystem::path path =
+        AbsolutePath(IsPlan(input) || IsManifest(input) ? input : given_.out);
     return (path.parent_path() / "egosieve_jobs" / path.stem()).string();
   }
 
   absl::StatusOr<ExitCode> TellPlan(const BatchPlan& plan) const {
     const std::string path = JobsFolder() + "/plan.json";
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder(JobsFolder()));
-    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, ToManifest(plan.entries())));
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, plan.ToText()));
     std::string text;
-    Json tasks = Json::array();
     size_t width = 3;
-    for (const BatchEntry& entry : plan.entries()) width = std::max(width, entry.out.size());
-    for (size_t stage = 0; stage < plan.stages().size(); ++stage) {
-      for (size_t drive = 0; drive < plan.entries().size(); ++drive) {
-        const std::vector<std::string> arguments = plan.Arguments(stage, drive);
-        if (arguments.empty()) continue;
-        const int64_t number = plan.TaskNumber(stage, drive);
-        const std::string &out = plan.entries()[drive].out, &name = plan.stages()[stage].name;
-        absl::StrAppendFormat(&text, "%6d  %-*s  %s\n", number, static_cast<int>(width), out, name);
-        tasks.push_back(
-            {{"task", number}, {"run", out}, {"stage", name}, {"arguments", arguments}});
-      }
+    for (const BatchDrive& drive : plan.drives()) width = std::max(width, drive.out.size());
+    for (size_t task = 0; task < plan.tasks().size(); ++task) {
+      if (plan.tasks()[task].arguments.empty()) continue;
+      absl::StrAppendFormat(&text, "%6d  %-*s  %s\n", task, static_cast<int>(width),
+                            plan.DriveOf(task).out, plan.tasks()[task].stage);
     }
     absl::StrAppend(&text, "a task of it: egosieve batch ", path, " --task=K\n");
-    result_.Tell("batch", {{"tasks", tasks}, {"plan", path}}, text);
+    result_.Tell("batch", {{"tasks", plan.ToJson()["tasks"]}, {"plan", path}}, text);
     return ExitCode::kDone;
   }
 
@@ -243,13 +212,17 @@ class BatchCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(options.program, OwnProgram());
     options.folder = JobsFolder();
     options.sbatch = absl::StrSplit(sbatch_, ' ', absl::SkipWhitespace());
-    const std::vector<size_t> drives = plan.UnfinishedDrives();
+    std::vector<size_t> drives;
+    const std::vector<DriveStatus> all = StatusOfAll(plan);
+    for (size_t i = 0; i < all.size(); ++i) {
+      if (all[i].tasks_done < all[i].tasks) drives.push_back(i);
+    }
     std::string text = drives.empty() ? "every drive is done; nothing was submitted\n" : "";
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<SlurmArray> arrays,
                               SubmitToSlurm(plan, drives, options));
     Json told = Json::array();
     for (const SlurmArray& array : arrays) {
-      const std::string& stage = plan.stages()[array.stage].name;
+      const std::string& stage = plan.tasks()[plan.Number(array.stage, 0)].stage;
       absl::StrAppendFormat(&text, "%-12s  %5d tasks  job %s\n", stage, array.tasks, array.job);
       told.push_back({{"stage", stage}, {"tasks", array.tasks}, {"job", array.job}});
     }
@@ -263,7 +236,7 @@ class BatchCommand : public Command {
   std::string engine_ = "local", sbatch_;
   double piece_minutes_ = 0.0;
   bool plan_ = false, status_ = false;
-  std::optional<int64_t> task_;
+  std::optional<size_t> task_;
   ResultFlag result_;
 };
 

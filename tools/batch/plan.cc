@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "absl/strings/strip.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/child_process.h"
+#include "tools/cli/exit_code.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -22,10 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-bool Names(const std::vector<std::string>& flags, const std::string& name) {
-  return std::any_of(flags.begin(), flags.end(), [&](const std::string& flag) {
-    return flag == "--" + name || absl::StartsWith(flag, absl::StrCat("--", name, "="));
-  });
+// Names of files may hold bytes that are not UTF-8.
+std::string Dump(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 // When the run ended with all its frames; empty if it has not.
@@ -36,18 +37,21 @@ std::string FinishedUtc(const std::string& out) {
   return description.ok() && description->ended == "done" ? description->finished_utc : "";
 }
 
+bool IsSegment(const BatchTask& task) {
+  return !task.arguments.empty() && task.arguments.front() == "segment";
+}
+
 // Whether the command's output is there; true if it is many files, which the run's lines name.
-bool HasProduct(const BatchEntry& entry, const std::string& command) {
-  const fs::path out = entry.out;
+bool HasProduct(const BatchTask& task) {
+  const fs::path out = task.folder;
   std::vector<fs::path> any;
-  if (command == "masks") any = {MasksPath(entry)};
-  if (command == "reconstruct") any = {out / "reconstruct.json"};
-  if (command == "render") any = {out / "overlay.mp4", out / "overlay.avi", out / "render"};
-  if (command == "report") any = {out / "report.html"};
-  return any.empty() || std::any_of(any.begin(), any.end(), [](const fs::path& path) {
-           std::error_code error;
-           return fs::exists(path, error);
-         });
+  if (task.stage == "masks") any = {MasksPath(task.folder)};
+  if (task.stage == "refine") any = {out / "reconstruct.json"};
+  if (task.stage == "render") any = {out / "overlay.mp4", out / "overlay.avi", out / "render"};
+  if (task.stage == "report") any = {out / "report.html"};
+  std::error_code error;
+  return any.empty() || std::any_of(any.begin(), any.end(),
+                                    [&](const fs::path& path) { return fs::exists(path, error); });
 }
 
 // Why a program failed: its last line of error in the log; earlier lines may be warnings.
@@ -60,148 +64,166 @@ std::string Reason(const std::string& log, int exit_code) {
   return last;
 }
 
-std::vector<std::string> FlagsOf(const BatchEntry& entry, const std::string& command) {
-  for (const BatchStep& step : entry.then) {
-    if (step.command == command) return step.flags;
-  }
-  return {};
+std::string PieceFolder(const std::string& out, size_t piece) {
+  return piece <= 1 ? out : absl::StrCat(out, ".pieces/", piece);
 }
 
-std::vector<std::string> MergeArguments(const BatchEntry& entry) {
-  if (entry.cuts.empty()) return {};
-  std::vector<std::string> arguments = {"merge", entry.out};
-  for (size_t piece = 2; piece <= entry.cuts.size() + 1; ++piece) {
-    arguments.push_back(PieceFolder(entry, static_cast<int>(piece)));
+// piece: from 1; 0: the drive. Empty if the drive has no such piece, and nothing to merge.
+std::vector<std::string> ArgumentsOf(const std::string& command, size_t piece,
+                                     const BatchDrive& drive) {
+  const auto flags_of = [&](const std::string& name) {
+    const auto flags = drive.flags.find(name);
+    return flags == drive.flags.end() ? std::vector<std::string>() : flags->second;
+  };
+  const std::vector<std::string> flags = flags_of(command), of_segment = flags_of("segment");
+  const size_t cuts = drive.cuts.size();
+  if (piece > cuts + 1 || (command == "merge" && cuts == 0)) return {};
+  std::vector<std::string> words = {command, command == "segment" ? drive.path : drive.out};
+  if (command == "segment") words.push_back("--out=" + PieceFolder(drive.out, piece));
+  if (command == "masks") words.push_back("--out=" + MasksPath(drive.out));
+  if (command == "masks") words.push_back("--overwrite");
+  if (command == "segment" || command == "refine") words.push_back("--resume");
+  for (size_t i = 2; command == "merge" && i <= cuts + 1; ++i) {
+    words.push_back(PieceFolder(drive.out, i));
   }
-  arguments.push_back("--progress=none");
-  return arguments;
-}
-
-absl::Status Check(const BatchEntry& entry, const BatchEntry& first) {
-  if (!std::equal(entry.then.begin(), entry.then.end(), first.then.begin(), first.then.end(),
-                  [](const auto& a, const auto& b) { return a.command == b.command; })) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(entry.out, " and ", first.out,
-                     " differ in what follows segment; give them manifests of their own, or one "
-                     "`then`"));
+  words.insert(words.end(), flags.begin(), flags.end());
+  if (piece > 1) {
+    const int64_t from = std::max<int64_t>(1, drive.cuts[piece - 2] - kOverlapFrames);
+    words.push_back(absl::StrCat("--from=", from));
   }
-  for (const char* flag : {"from", "to", "max_frames"}) {
-    if (!entry.cuts.empty() && Names(entry.flags, flag)) {
-      return absl::InvalidArgumentError(absl::StrCat(entry.out, " is learnt in pieces, which --",
-                                                     flag, " excludes; leave one of them out"));
-    }
+  if (piece > 0 && piece <= cuts) {
+    words.push_back(absl::StrCat("--to=", drive.cuts[piece - 1] - 1));
   }
-  return absl::OkStatus();
+  const auto is_device = [](const std::string& flag) {
+    return absl::StartsWith(flag, "--device=");
+  };
+  if ((command == "refine" || command == "render") &&
+      std::none_of(flags.begin(), flags.end(), is_device)) {
+    std::copy_if(of_segment.begin(), of_segment.end(), std::back_inserter(words), is_device);
+  }
+  words.push_back("--progress=none");
+  return words;
 }
 
 }  // namespace
 
-std::string PieceFolder(const BatchEntry& entry, int piece) {
-  return piece == 1 ? entry.out : absl::StrCat(entry.out, ".pieces/", piece);
+bool TaskRecord::is_good() const {
+  return exit_code == static_cast<int>(ExitCode::kDone) ||
+         exit_code == static_cast<int>(ExitCode::kFramesFailed);
 }
 
-std::string BookFolder(const BatchEntry& entry) {
-  const fs::path out = AbsolutePath(entry.out);
-  return (out.parent_path() / "egosieve_logs" / out.filename()).string();
+std::string BookFolder(const std::string& out) {
+  const fs::path path = AbsolutePath(out);
+  return (path.parent_path() / "egosieve_logs" / path.filename()).string();
 }
 
-std::string MasksPath(const BatchEntry& entry) { return absl::StrCat(entry.out, ".masks"); }
+std::string MasksPath(const std::string& out) { return out + ".masks"; }
 
-absl::StatusOr<BatchPlan> BatchPlan::Create(std::vector<BatchEntry> entries) {
-  for (BatchEntry& entry : entries) {
-    EGOSIEVE_RETURN_IF_ERROR(Check(entry, entries.front()));
-    entry.path = AbsolutePath(entry.path);
-    entry.out = AbsolutePath(entry.out);
-  }
-  return BatchPlan(std::move(entries));
-}
-
-BatchPlan::BatchPlan(std::vector<BatchEntry> entries) : entries_(std::move(entries)) {
-  size_t pieces = 1;
-  for (const BatchEntry& entry : entries_) pieces = std::max(pieces, entry.cuts.size() + 1);
-  std::vector<size_t> before;
-  const auto add = [&](const std::string& command, bool is_needed) {
-    stages_.push_back({command, 0, command, before});
-    if (is_needed) before = {stages_.size() - 1};
-  };
-  if (pieces == 1) {
-    add("segment", true);
-  } else {
-    for (size_t i = 0; i < pieces; ++i) {
-      stages_.push_back({"segment", static_cast<int>(i) + 1, absl::StrCat("segment_", i + 1), {}});
-      before.push_back(i);
+absl::StatusOr<BatchPlan> BatchPlan::Create(std::vector<BatchDrive> drives) {
+  size_t cuts = 0;
+  std::map<std::string, std::string> paths;  // by run folder
+  const std::vector<std::string>& then = drives.front().then;
+  for (const BatchDrive& drive : drives) {
+    cuts = std::max(cuts, drive.cuts.size());
+    if (drive.then != then) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(drive.out, " and ", drives.front().out,
+                       " differ in what follows segment; give them manifests of their own, or one "
+                       "`then`"));
     }
-    add("merge", true);
+    if (const auto [other, is_new] = paths.emplace(drive.out, drive.path); !is_new) {
+      return absl::InvalidArgumentError(absl::StrCat(drive.path, " and ", other->second,
+                                                     " have the same run folder, ", drive.out));
+    }
   }
-  for (const BatchStep& step : entries_.front().then) {
-    add(step.command, step.command == "reconstruct");
+  BatchPlan plan;
+  plan.drives_ = std::move(drives);
+  // Adds a stage and returns its number.
+  const auto add = [&](const std::string& command, size_t piece, const std::vector<size_t>& needs) {
+    for (size_t i = 0; i < plan.drives_.size(); ++i) {
+      const BatchDrive& drive = plan.drives_[i];
+      BatchTask task = {piece > 0 ? absl::StrCat(command, "_", piece) : command,
+                        PieceFolder(drive.out, piece),
+                        ArgumentsOf(command, piece, drive),
+                        {}};
+      for (const size_t stage : needs) task.needs.push_back(plan.Number(stage, i));
+      plan.tasks_.push_back(std::move(task));
+    }
+    return plan.stages() - 1;
+  };
+  std::vector<size_t> before;
+  for (size_t piece = cuts > 0 ? 1 : 0; piece <= (cuts > 0 ? cuts + 1 : 0); ++piece) {
+    before.push_back(add("segment", piece, {}));
   }
+  if (cuts > 0) before = {add("merge", 0, before)};
+  for (const std::string& command : plan.drives_.front().then) {
+    const size_t stage = add(command, 0, before);
+    if (command == "refine") before = {stage};
+  }
+  return plan;
 }
 
-// `piece`: number of the piece, or 0 if no drive is cut.
-std::vector<std::string> BatchPlan::SegmentArguments(int piece, const BatchEntry& entry) const {
-  std::vector<std::string> arguments = {
-      "segment", entry.path, "--out=" + PieceFolder(entry, std::max(1, piece)), "--resume"};
-  arguments.insert(arguments.end(), entry.flags.begin(), entry.flags.end());
-  if (piece == 0) return arguments;
-  const size_t number = static_cast<size_t>(piece);
-  if (number > entry.cuts.size() + 1) return {};
-  if (piece > 1) {
-    arguments.push_back(
-        absl::StrCat("--from=", std::max<int64_t>(1, entry.cuts[number - 2] - kOverlapFrames)));
+Json BatchPlan::ToJson() const {
+  Json drives = Json::array(), tasks = Json::array();
+  for (const BatchDrive& drive : drives_)
+    drives.push_back({{"path", drive.path}, {"run", drive.out}});
+  for (size_t i = 0; i < tasks_.size(); ++i) {
+    const BatchTask& task = tasks_[i];
+    tasks.push_back({{"task", i},
+                     {"run", task.folder},
+                     {"stage", task.stage},
+                     {"arguments", task.arguments},
+                     {"needs", task.needs}});
   }
-  if (number <= entry.cuts.size()) {
-    arguments.push_back(absl::StrCat("--to=", entry.cuts[number - 1] - 1));
-  }
-  return arguments;
+  return {{"drives", std::move(drives)}, {"tasks", std::move(tasks)}};
 }
 
-std::vector<std::string> BatchPlan::Arguments(size_t stage, size_t drive) const {
-  const BatchEntry& entry = entries_[drive];
-  const std::string& command = stages_[stage].command;
-  if (command == "merge") return MergeArguments(entry);
-  std::vector<std::string> arguments = {command, entry.out};
-  if (command == "segment") {
-    arguments = SegmentArguments(stages_[stage].piece, entry);
-    if (arguments.empty()) return {};
+std::string BatchPlan::ToText() const { return Dump(ToJson()) + "\n"; }
+
+absl::StatusOr<BatchPlan> BatchPlan::FromText(const std::string& text) {
+  BatchPlan plan;
+  try {
+    const Json json = Json::parse(text);
+    for (const Json& drive : json.at("drives")) {
+      plan.drives_.push_back({drive.at("path"), drive.at("run")});
+    }
+    for (const Json& task : json.at("tasks")) {
+      plan.tasks_.push_back(
+          {task.at("stage"), task.at("run"), task.at("arguments"), task.at("needs")});
+      const std::vector<size_t>& needs = plan.tasks_.back().needs;
+      if (std::any_of(needs.begin(), needs.end(),
+                      [&](size_t needed) { return needed + 1 >= plan.tasks_.size(); })) {
+        return absl::InvalidArgumentError("a task needs one that is not before it");
+      }
+    }
+  } catch (const Json::exception& error) {
+    return absl::InvalidArgumentError(error.what());
   }
-  if (command == "masks") {
-    arguments.insert(arguments.end(), {"--out=" + MasksPath(entry), "--overwrite"});
+  if (plan.drives_.empty() || plan.tasks_.size() % plan.drives_.size() != 0) {
+    return absl::InvalidArgumentError("its tasks are not the same for all drives");
   }
-  const std::vector<std::string> own = FlagsOf(entry, command);
-  arguments.insert(arguments.end(), own.begin(), own.end());
-  if (command == "report") return arguments;
-  if ((command == "reconstruct" || command == "render") && !Names(own, "device")) {
-    std::copy_if(entry.flags.begin(), entry.flags.end(), std::back_inserter(arguments),
-                 [](const std::string& flag) { return absl::StartsWith(flag, "--device="); });
-  }
-  arguments.push_back("--progress=none");
-  return arguments;
+  return plan;
 }
 
-std::string BatchPlan::BookPath(size_t stage, size_t drive, const char* suffix) const {
-  return absl::StrCat(BookFolder(entries_[drive]), "/", stages_[stage].name, suffix);
+std::string BatchPlan::BookPath(size_t task, const char* suffix) const {
+  return absl::StrCat(BookFolder(DriveOf(task).out), "/", tasks_[task].stage, suffix);
 }
 
-std::string BatchPlan::Key(size_t stage, size_t drive) const {
-  const BatchEntry& entry = entries_[drive];
-  Json runs = Json::array(), steps = Json::array();
-  for (size_t piece = 1; piece <= entry.cuts.size() + 1; ++piece) {
-    const std::string finished = FinishedUtc(PieceFolder(entry, static_cast<int>(piece)));
-    if (finished.empty()) return "";
-    runs.push_back(finished);
+Json BatchPlan::Key(size_t task) const {
+  if (IsSegment(tasks_[task])) {
+    const std::string finished = FinishedUtc(tasks_[task].folder);
+    return finished.empty() ? Json() : Json(finished);
   }
-  // What was made of other masks is made again, so the key has the flags of the needed steps.
-  for (const size_t needed : stages_[stage].needs) {
-    if (stages_[needed].command == "reconstruct") steps.push_back(FlagsOf(entry, "reconstruct"));
+  Json key = {tasks_[task].arguments};
+  for (const size_t needed : tasks_[task].needs) {
+    key.push_back(Key(needed));
+    if (key.back().is_null()) return {};
   }
-  steps.push_back(FlagsOf(entry, stages_[stage].command));
-  return Json({{"runs", runs}, {"cuts", entry.cuts}, {"flags", steps}})
-      .dump(-1, ' ', false, Json::error_handler_t::replace);
+  return key;
 }
 
-std::optional<TaskRecord> BatchPlan::Record(size_t stage, size_t drive) const {
-  const std::string text = ReadFile(BookPath(stage, drive, ".json")).value_or("");
+std::optional<TaskRecord> BatchPlan::Record(size_t task) const {
+  const std::string text = ReadFile(BookPath(task, ".json")).value_or("");
   try {
     const Json json = Json::parse(text);
     return TaskRecord{json.at("key"), json.at("exit_code"), json.at("seconds"), json.at("reason")};
@@ -210,59 +232,25 @@ std::optional<TaskRecord> BatchPlan::Record(size_t stage, size_t drive) const {
   }
 }
 
-absl::Status BatchPlan::Enter(size_t stage, size_t drive, const TaskRecord& record) const {
-  const Json json = {{"key", record.key},
-                     {"exit_code", record.exit_code},
-                     {"seconds", record.seconds},
-                     {"reason", record.reason}};
-  return WriteFileAtomically(BookPath(stage, drive, ".json"),
-                             json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+bool BatchPlan::IsDone(size_t task) const {
+  if (tasks_[task].arguments.empty()) return true;
+  const Json key = Key(task);
+  if (key.is_null() || IsSegment(tasks_[task])) return !key.is_null();
+  const std::optional<TaskRecord> record = Record(task);
+  return record && record->is_good() && record->key == Dump(key) && HasProduct(tasks_[task]);
 }
 
-bool BatchPlan::IsDone(size_t stage, size_t drive) const {
-  const BatchEntry& entry = entries_[drive];
-  const PlanStage& asked = stages_[stage];
-  if (Arguments(stage, drive).empty()) return true;
-  if (asked.command == "segment") {
-    return !FinishedUtc(PieceFolder(entry, std::max(1, asked.piece))).empty();
-  }
-  const std::optional<TaskRecord> record = Record(stage, drive);
-  return record && record->is_good() && !record->key.empty() && record->key == Key(stage, drive) &&
-         HasProduct(entry, asked.command);
-}
-
-std::vector<size_t> BatchPlan::UnfinishedDrives() const {
-  std::vector<size_t> drives;
-  for (size_t drive = 0; drive < entries_.size(); ++drive) {
-    for (size_t stage = 0; stage < stages_.size(); ++stage) {
-      if (IsDone(stage, drive)) continue;
-      drives.push_back(drive);
-      break;
-    }
-  }
-  return drives;
-}
-
-std::optional<size_t> BatchPlan::MissingStage(size_t stage, size_t drive) const {
-  for (const size_t needed : stages_[stage].needs) {
-    if (!IsDone(needed, drive)) return needed;
-  }
-  return std::nullopt;
-}
-
-absl::StatusOr<int> BatchPlan::Run(size_t stage, size_t drive, const std::string& program,
-                                   bool to_log, const std::function<bool()>& stop_requested) const {
-  std::vector<std::string> words = Arguments(stage, drive);
-  if (words.empty() || (stages_[stage].command != "segment" && IsDone(stage, drive))) return 0;
+absl::StatusOr<int> BatchPlan::Run(size_t task, const std::string& program, bool to_log,
+                                   const std::function<bool()>& stop_requested) const {
+  std::vector<std::string> words = tasks_[task].arguments;
+  if (words.empty() || (!IsSegment(tasks_[task]) && IsDone(task))) return 0;
   words.insert(words.begin(), program);
-  const std::string log = to_log ? BookPath(stage, drive, ".log") : "";
-  const std::string key = Key(stage, drive);
-  if (const auto before = Record(stage, drive);
-      stages_[stage].command == "reconstruct" && before && before->key == key) {
-    words.push_back("--resume");
-  }
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(BookFolder(entries_[drive])));
-  EGOSIEVE_RETURN_IF_ERROR(Enter(stage, drive, {key, TaskRecord::kBegun, 0.0, ""}));
+  const std::string log = to_log ? BookPath(task, ".log") : "";
+  const std::string record = BookPath(task, ".json"), key = Dump(Key(task));
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(BookFolder(DriveOf(task).out)));
+  std::error_code error;
+  fs::remove(record, error);
+  if (error) return absl::UnavailableError(absl::StrCat("cannot remove ", record));
   const auto start = std::chrono::steady_clock::now();
   const absl::StatusOr<int> code = RunChild({words, {}, log}, stop_requested);
   constexpr int kInterrupted = static_cast<int>(ExitCode::kInterrupted);
@@ -275,7 +263,9 @@ absl::StatusOr<int> BatchPlan::Run(size_t stage, size_t drive, const std::string
   const std::string reason = !code.ok()       ? std::string(code.status().message())
                              : exit_code != 0 ? Reason(log, exit_code)
                                               : "";
-  EGOSIEVE_RETURN_IF_ERROR(Enter(stage, drive, {key, exit_code, seconds.count(), reason}));
+  const Json json = {
+      {"key", key}, {"exit_code", exit_code}, {"seconds", seconds.count()}, {"reason", reason}};
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(record, Dump(json) + "\n"));
   return code;
 }
 

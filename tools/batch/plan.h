@@ -2,8 +2,8 @@
 // or Slurm, Kubernetes, GNU parallel on many machines.
 //
 //   segment                      segment PATH --out=OUT
-//   reconstruct, masks, ...      `then` of the drives, in order; all need segment, and those after
-//                                reconstruct need it, too
+//   refine, masks, ...           `then` of the drives, in order; all need segment, and those after
+//                                refine need it, too
 //
 // If drives are cut into pieces, at most P, these tasks replace segment:
 //
@@ -11,105 +11,90 @@
 //                      OUT.pieces/p and begin kOverlapFrames before their cut
 //   merge              merge OUT OUT.pieces/2 ..., needs every segment
 //
-// A drive with fewer pieces has some tasks with nothing to do.
+// With D drives and S stages, task t (from 0) is stage t / D of drive t mod D; it needs only tasks
+// of its drive with lower numbers. A task that is done may be run again and only checks; an
+// interrupted one continues.
 //
-// With D drives and S stages, task t (from 0) is stage t / D of drive t mod D. Each stage is a
-// range of numbers, in the manifest's order, and a task has a higher number than the tasks that it
-// needs. A task that is done may be run again and only checks; an interrupted one continues.
-//
-// The book: a record per task, egosieve_logs/NAME/STAGE.json beside the run folder OUT = .../NAME.
-// It says how the task ended, for which end of segment and with which flags. Tasks of one drive may
-// run on several machines, so each writes a file of its own, whole or not at all. segment is done
-// where its run.json says so; any other task if its record says so for the present run and flags,
-// and its product is there.
+// The book: a record per task that has ended, egosieve_logs/NAME/STAGE.json beside the run folder
+// OUT = .../NAME. It says how the task ended and its key: its arguments, and the keys of the tasks
+// that it needs, down to when segment ended. Tasks of one drive may run on several machines, so each
+// writes a file of its own, whole or not at all. segment is done where its run.json says so; any
+// other task if its record has the present key, and its product is there.
 #ifndef EGOSIEVE_TOOLS_BATCH_PLAN_H_
 #define EGOSIEVE_TOOLS_BATCH_PLAN_H_
 
 #include <cstdint>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "tools/batch/manifest.h"
-#include "tools/cli/exit_code.h"
+#include "tools/batch/drives.h"
 
 namespace egosieve::tools {
 
 // After so many frames the model of a piece has reached its budget.
 inline constexpr int64_t kOverlapFrames = 10;
 
-struct PlanStage {
-  std::string command;
-  int piece = 0;              // from 1; 0: the drive
-  std::string name;           // "segment_2"
-  std::vector<size_t> needs;  // stages whose task of the same drive must be done before
+struct BatchTask {
+  std::string stage;                   // "segment_2"
+  std::string folder;                  // the run folder that it works on
+  std::vector<std::string> arguments;  // of egosieve; empty: the drive has no such piece
+  std::vector<size_t> needs;           // tasks, by number
 };
 
 struct TaskRecord {
-  static constexpr int kBegun = -1;  // and not ended, as far as is known
-
-  std::string key;  // for which end of segment and with which flags
-  int exit_code = kBegun;
+  std::string key;
+  int exit_code = 0;
   double seconds = 0.0;
   std::string reason;  // the error's line, if it failed
 
-  bool is_good() const {
-    return exit_code == static_cast<int>(ExitCode::kDone) ||
-           exit_code == static_cast<int>(ExitCode::kFramesFailed);
-  }
+  // All is done, or all but some frames.
+  bool is_good() const;
 };
 
 class BatchPlan {
  public:
-  // Paths become absolute. InvalidArgument if drives differ in the commands that follow, or if a
-  // drive with cuts has flags of segment that choose frames.
-  static absl::StatusOr<BatchPlan> Create(std::vector<BatchEntry> entries);
+  // Paths are absolute. InvalidArgument if drives differ in what follows segment, or two have one
+  // run folder.
+  static absl::StatusOr<BatchPlan> Create(std::vector<BatchDrive> drives);
 
-  const std::vector<BatchEntry>& entries() const { return entries_; }
-  const std::vector<PlanStage>& stages() const { return stages_; }
-  int64_t task_count() const { return static_cast<int64_t>(stages_.size() * entries_.size()); }
-  int64_t TaskNumber(size_t stage, size_t drive) const {
-    return static_cast<int64_t>(stage * entries_.size() + drive);
-  }
+  // As JSON, for tasks on other machines. InvalidArgument for what is no plan.
+  nlohmann::ordered_json ToJson() const;
+  std::string ToText() const;
+  static absl::StatusOr<BatchPlan> FromText(const std::string& text);
 
-  // egosieve's arguments; empty if the drive has no such piece.
-  std::vector<std::string> Arguments(size_t stage, size_t drive) const;
+  const std::vector<BatchDrive>& drives() const { return drives_; }
+  const std::vector<BatchTask>& tasks() const { return tasks_; }
+  size_t stages() const { return tasks_.size() / drives_.size(); }
+  size_t Number(size_t stage, size_t drive) const { return stage * drives_.size() + drive; }
+  const BatchDrive& DriveOf(size_t task) const { return drives_[task % drives_.size()]; }
 
-  bool IsDone(size_t stage, size_t drive) const;
-  // Drives with a task to do.
-  std::vector<size_t> UnfinishedDrives() const;
-  // A task that this one needs and that is not done.
-  std::optional<size_t> MissingStage(size_t stage, size_t drive) const;
-  // How the task ended when it was run last; absent if it never ran.
-  std::optional<TaskRecord> Record(size_t stage, size_t drive) const;
+  bool IsDone(size_t task) const;
+  // How the task ended; absent if it never ran, or was cut off when it ran last.
+  std::optional<TaskRecord> Record(size_t task) const;
 
-  // Runs the task in a process of its own and enters its end in the book; its exit code. A task
-  // that is done, or has nothing to do, is left, except segment, which checks itself. to_log: its
-  // output goes to egosieve_logs/NAME/STAGE.log. Unavailable if the process cannot be started, or
-  // if nobody knows how it ended; then it is not done.
-  absl::StatusOr<int> Run(size_t stage, size_t drive, const std::string& program, bool to_log,
+  // Runs the task in a process of its own and enters its end in the book; its exit code, 130 if it
+  // was interrupted. A task that is done, or has nothing to do, is left, except segment, which
+  // checks itself. to_log: its output goes to egosieve_logs/NAME/STAGE.log. Unavailable if the
+  // process cannot be started, or if nobody knows how it ended; then it is not done.
+  absl::StatusOr<int> Run(size_t task, const std::string& program, bool to_log,
                           const std::function<bool()>& stop_requested) const;
 
  private:
-  explicit BatchPlan(std::vector<BatchEntry> entries);
-  std::vector<std::string> SegmentArguments(int piece, const BatchEntry& entry) const;
-  // For which run and with which flags a record holds; empty if segment is not done.
-  std::string Key(size_t stage, size_t drive) const;
-  absl::Status Enter(size_t stage, size_t drive, const TaskRecord& record) const;
-  std::string BookPath(size_t stage, size_t drive, const char* suffix) const;
+  // null if a segment is not done.
+  nlohmann::ordered_json Key(size_t task) const;
+  std::string BookPath(size_t task, const char* suffix) const;
 
-  std::vector<BatchEntry> entries_;
-  std::vector<PlanStage> stages_;
+  std::vector<BatchDrive> drives_;  // of a plan that was read, paths and run folders alone
+  std::vector<BatchTask> tasks_;
 };
 
-// The run folder of a drive's piece; pieces count from 1.
-std::string PieceFolder(const BatchEntry& entry, int piece);
-// Beside the run folder: its records and logs, and the masks.
-std::string BookFolder(const BatchEntry& entry);
-std::string MasksPath(const BatchEntry& entry);
+// Beside the run folder `out`: its records and logs, and the masks.
+std::string BookFolder(const std::string& out);
+std::string MasksPath(const std::string& out);
 
 }  // namespace egosieve::tools
 

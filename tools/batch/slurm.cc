@@ -48,11 +48,6 @@ std::string JobSuffix(const std::string& folder) {
   return absl::StrFormat("-%016x", kernels::HashBytes(AbsolutePath(folder)));
 }
 
-bool HasControlCharacter(const std::string& text) {
-  return std::any_of(text.begin(), text.end(),
-                     [](char letter) { return absl::ascii_iscntrl(letter); });
-}
-
 // "0-3,7"
 std::string Ranges(const std::vector<size_t>& numbers) {
   std::vector<std::string> ranges;
@@ -118,7 +113,7 @@ absl::StatusOr<std::string> Submit(const BatchPlan& plan, size_t stage,
   const size_t first = drives.front() - drives.front() % options.largest_array;
   std::vector<size_t> elements;
   for (const size_t drive : drives) elements.push_back(drive - first);
-  const std::string& name = plan.stages()[stage].name;
+  const std::string& name = plan.tasks()[plan.Number(stage, 0)].stage;
   std::vector<std::string> words = {
       "sbatch",
       "--parsable",
@@ -131,14 +126,16 @@ absl::StatusOr<std::string> Submit(const BatchPlan& plan, size_t stage,
                    first > 0 ? absl::StrCat("_from_", first) : "", ".%a.log")};
   words.insert(words.end(), options.sbatch.begin(), options.sbatch.end());
   std::vector<std::string> needs;
-  for (const size_t needed : plan.stages()[stage].needs) needs.push_back(job_of_stage[needed]);
+  for (const size_t needed : plan.tasks()[plan.Number(stage, 0)].needs) {
+    needs.push_back(job_of_stage[needed / plan.drives().size()]);
+  }
   if (!needs.empty()) {
     words.insert(words.end(), {"--dependency=aftercorr:" + absl::StrJoin(needs, ":"),
                                "--kill-on-invalid-dep=yes"});
   }
   words.insert(words.end(),
                {options.folder + "/task.sh", options.program, options.folder + "/submitted.json",
-                absl::StrCat(plan.TaskNumber(stage, first))});
+                absl::StrCat(plan.Number(stage, first))});
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string said, Call(std::move(words), options.folder));
   // The job's number is on the last line: warnings may precede it.
   const std::vector<std::string> lines = absl::StrSplit(said, '\n');
@@ -151,10 +148,9 @@ absl::StatusOr<std::string> Submit(const BatchPlan& plan, size_t stage,
 }  // namespace
 
 absl::Status SlurmOptions::Validate() const {
-  if (HasControlCharacter(folder) || absl::StrContains(folder, '\\')) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("Slurm cannot write logs into ", folder,
-                     ": no backslash or line break may be in its path; name another folder"));
+  if (absl::StrContains(folder, '\\')) {
+    return absl::InvalidArgumentError(absl::StrCat("Slurm cannot write logs into ", folder,
+                                                   ", for the backslash; name another folder"));
   }
   for (const std::string& option : sbatch) {
     if (!absl::StartsWith(option, "-")) {
@@ -162,8 +158,7 @@ absl::Status SlurmOptions::Validate() const {
           absl::StrCat("--sbatch: '", option, "' is no option; give, say, --partition=long"));
     }
     for (const char* own : {"--job-name", "-J", "--array", "-a", "--output", "-o"}) {
-      if (absl::StartsWith(option, own) &&
-          (own[1] != '-' || option == own || absl::StartsWith(option, absl::StrCat(own, "=")))) {
+      if (absl::StartsWith(option, own)) {
         return absl::InvalidArgumentError(
             absl::StrCat("--sbatch: ", own, " is the batch's own; leave it out"));
       }
@@ -189,14 +184,13 @@ absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckNothingIsQueued(options.folder));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(options.folder + "/task.sh", kTaskScript));
-  EGOSIEVE_RETURN_IF_ERROR(
-      WriteFileAtomically(options.folder + "/submitted.json", ToManifest(plan.entries())));
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(options.folder + "/submitted.json", plan.ToText()));
   std::map<size_t, std::vector<size_t>> blocks;  // of drives that share arrays, by number
   for (const size_t drive : drives) blocks[drive / options.largest_array].push_back(drive);
   std::vector<SlurmArray> arrays;
   for (const auto& [block, members] : blocks) {
     std::vector<std::string> job_of_stage;
-    for (size_t stage = 0; stage < plan.stages().size(); ++stage) {
+    for (size_t stage = 0; stage < plan.stages(); ++stage) {
       const absl::StatusOr<std::string> job = Submit(plan, stage, members, job_of_stage, options);
       // sbatch may fail after it has submitted.
       if (!job.ok()) return CancelJobs(options.folder, job.status());

@@ -25,25 +25,16 @@ namespace fs = std::filesystem;
 constexpr char kGenerator[] = "<meta name=\"generator\" content=\"egosieve batch\">";
 constexpr char kRefresh[] = "<meta http-equiv=\"refresh\" content=\"5\">";
 
-// Reads the run folder; the state if the book knows nothing else.
-absl::StatusOr<std::string> ReadRun(const BatchEntry& entry, DriveStatus& status) {
-  const absl::StatusOr<RunFolder> folder = RunFolder::Open(entry.out);
-  if (absl::IsNotFound(folder.status())) return "not started";
-  EGOSIEVE_RETURN_IF_ERROR(folder.status());
-  EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder->ReadDescription());
-  if (description.ended == "done" && entry.cuts.empty()) {
-    status.frames = description.frames_answered + description.frames_failed;
-    status.frames_failed = description.frames_failed;
-    return "begun";
-  }
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder->ReadLines());
+// NotFound if there is no run yet.
+absl::Status CountFrames(const std::string& run, DriveStatus& status) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(run));
+  EGOSIEVE_RETURN_IF_ERROR(folder.ReadDescription().status());
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
   status.frames = static_cast<int64_t>(lines.size());
   status.frames_failed = std::count_if(lines.begin(), lines.end(), [](const FrameLine& line) {
     return line.outcome == FrameLine::Outcome::kFailed;
   });
-  if (description.ended == "failed") status.reason = description.ended_message;
-  return description.ended == "failed" || description.ended == "interrupted" ? description.ended
-                                                                             : "begun";
+  return absl::OkStatus();
 }
 
 // Escapes a path for use in an address.
@@ -60,15 +51,15 @@ std::string Address(const std::string& path) {
   return address;
 }
 
-std::string Links(const fs::path& folder, const BatchEntry& entry) {
+std::string Links(const fs::path& folder, const std::string& out) {
   const std::vector<std::pair<const char*, fs::path>> products = {
-      {"report", fs::path(entry.out) / "report.html"},
-      {"overlay", fs::path(entry.out) / "overlay.mp4"},
-      {"masks", MasksPath(entry)},
-      {"logs", BookFolder(entry)}};
+      {"report", fs::path(out) / "report.html"},
+      {"overlay", fs::path(out) / "overlay.mp4"},
+      {"masks", MasksPath(out)},
+      {"logs", BookFolder(out)}};
   std::string links;
+  std::error_code error;
   for (const auto& [name, path] : products) {
-    std::error_code error;
     if (!fs::exists(path, error)) continue;
     absl::StrAppend(&links, links.empty() ? "" : " &middot; ", "<a href=\"",
                     Address(path.lexically_relative(folder).string()), "\">", name, "</a>");
@@ -76,30 +67,28 @@ std::string Links(const fs::path& folder, const BatchEntry& entry) {
   return links;
 }
 
-// What table and page show of a drive: names of columns, and text.
+// What table and page show of a drive after its state: names of columns, and text.
 std::vector<std::pair<const char*, std::string>> Columns(const DriveStatus& drive) {
-  return {{"state", drive.state},
-          {"tasks", absl::StrCat(drive.tasks_done, " of ", drive.tasks)},
+  return {{"tasks", absl::StrCat(drive.tasks_done, " of ", drive.tasks)},
           {"code", absl::StrCat(drive.exit_code)},
           {"frames", absl::StrCat(drive.frames)},
           {"failed", absl::StrCat(drive.frames_failed)},
           {"time", DescribeDuration(drive.seconds)}};
 }
 
-std::string Row(const fs::path& folder, const BatchEntry& entry, const DriveStatus& drive) {
+std::string Row(const fs::path& folder, const BatchDrive& entry, const DriveStatus& drive) {
   // A class of the report's style sheet.
   const char* pill = drive.state == "done"                   ? "done"
                      : absl::EndsWith(drive.state, "failed") ? "failed"
                                                              : "running";
-  std::string row = absl::StrCat("<tr><td>", EscapeHtml(fs::path(entry.out).filename().string()),
-                                 "<div class=\"note\">", EscapeHtml(entry.path), "</div></td>");
+  std::string row =
+      absl::StrCat("<tr><td>", EscapeHtml(fs::path(entry.out).filename().string()),
+                   "<div class=\"note\">", EscapeHtml(entry.path),
+                   "</div></td><td><span class=\"pill ", pill, "\">", drive.state, "</span></td>");
   for (const auto& [name, text] : Columns(drive)) {
-    const bool is_state = text == drive.state;
-    absl::StrAppend(&row, is_state ? "<td>" : "<td class=\"number\">",
-                    is_state ? absl::StrCat("<span class=\"pill ", pill, "\">") : "",
-                    EscapeHtml(text), is_state ? "</span></td>" : "</td>");
+    absl::StrAppend(&row, "<td class=\"number\">", text, "</td>");
   }
-  return absl::StrCat(row, "<td>", Links(folder, entry), "<div class=\"note\">",
+  return absl::StrCat(row, "<td>", Links(folder, entry.out), "<div class=\"note\">",
                       EscapeHtml(drive.reason), "</div></td></tr>\n");
 }
 
@@ -107,20 +96,20 @@ std::string Row(const fs::path& folder, const BatchEntry& entry, const DriveStat
 
 DriveStatus StatusOf(const BatchPlan& plan, size_t drive) {
   DriveStatus status;
-  const absl::StatusOr<std::string> run = ReadRun(plan.entries()[drive], status);
-  status.state = run.value_or("unreadable");
-  if (!run.ok()) status.reason = std::string(run.status().message());
-  for (size_t stage = 0; stage < plan.stages().size(); ++stage) {
-    if (plan.Arguments(stage, drive).empty()) continue;
-    const std::optional<TaskRecord> record = plan.Record(stage, drive);
-    const bool is_done = plan.IsDone(stage, drive);
+  const absl::Status run = CountFrames(plan.drives()[drive].out, status);
+  if (!absl::IsNotFound(run)) status.state = run.ok() ? "begun" : "failed";
+  if (status.state == "failed") status.reason = std::string(run.message());
+  for (size_t task = drive; task < plan.tasks().size(); task += plan.drives().size()) {
+    if (plan.tasks()[task].arguments.empty()) continue;
+    const std::optional<TaskRecord> record = plan.Record(task);
+    const bool is_done = plan.IsDone(task);
     ++status.tasks;
     status.tasks_done += is_done;
-    if (!record || record->exit_code == TaskRecord::kBegun) continue;
+    if (!record) continue;
     status.seconds += record->seconds;
     if (status.exit_code == 0 && record->exit_code != 0) {
       status.exit_code = record->exit_code;
-      const std::string& name = plan.stages()[stage].name;
+      const std::string& name = plan.tasks()[task].stage;
       status.reason = name == "segment" ? record->reason : absl::StrCat(name, ": ", record->reason);
     }
     if (!record->is_good() && !is_done) status.state = "failed";
@@ -133,27 +122,25 @@ DriveStatus StatusOf(const BatchPlan& plan, size_t drive) {
 
 std::vector<DriveStatus> StatusOfAll(const BatchPlan& plan) {
   std::vector<DriveStatus> drives;
-  for (size_t i = 0; i < plan.entries().size(); ++i) drives.push_back(StatusOf(plan, i));
+  for (size_t i = 0; i < plan.drives().size(); ++i) drives.push_back(StatusOf(plan, i));
   return drives;
 }
 
 void TellStatus(const BatchPlan& plan, const std::vector<DriveStatus>& drives,
                 const ResultFlag& result) {
   int width = 3;
-  for (const BatchEntry& entry : plan.entries()) {
+  for (const BatchDrive& entry : plan.drives()) {
     width = std::max(width, static_cast<int>(entry.out.size()));
   }
-  std::string table = absl::StrFormat("%-*s", width, "run");
-  for (const auto& [name, text] : Columns(DriveStatus())) {
-    absl::StrAppendFormat(&table, "  %13s", name);
-  }
+  std::string table = absl::StrFormat("%-*s  %13s", width, "run", "state");
+  for (const auto& [name, text] : Columns({})) absl::StrAppendFormat(&table, "  %13s", name);
   nlohmann::ordered_json told = nlohmann::ordered_json::array();
   for (size_t i = 0; i < drives.size(); ++i) {
     const DriveStatus& drive = drives[i];
-    absl::StrAppendFormat(&table, "\n%-*s", width, plan.entries()[i].out);
+    absl::StrAppendFormat(&table, "\n%-*s  %13s", width, plan.drives()[i].out, drive.state);
     for (const auto& [name, text] : Columns(drive)) absl::StrAppendFormat(&table, "  %13s", text);
     absl::StrAppend(&table, drive.reason.empty() ? "" : "  ", drive.reason);
-    told.push_back({{"run", plan.entries()[i].out},
+    told.push_back({{"run", plan.drives()[i].out},
                     {"state", drive.state},
                     {"tasks", drive.tasks},
                     {"tasks_done", drive.tasks_done},
@@ -163,35 +150,28 @@ void TellStatus(const BatchPlan& plan, const std::vector<DriveStatus>& drives,
                     {"seconds", drive.seconds},
                     {"reason", drive.reason}});
   }
-  const std::string page = PagePath(plan);
-  absl::StrAppend(&table, "\npage of all drives: ", page, "\n");
-  result.Tell("batch", {{"drives", told}, {"page", page}}, table);
+  const std::string page = FindPage(plan).value_or("");
+  if (!page.empty()) absl::StrAppend(&table, "\npage of all drives: ", page);
+  result.Tell("batch", {{"drives", told}, {"page", page}}, table + "\n");
 }
 
-std::string PagePath(const BatchPlan& plan) {
-  fs::path common = fs::path(plan.entries().front().out).parent_path();
-  for (const BatchEntry& entry : plan.entries()) {
-    const fs::path folder = fs::path(entry.out).parent_path();
-    fs::path shared;
-    const auto end =
-        std::mismatch(common.begin(), common.end(), folder.begin(), folder.end()).first;
-    for (auto part = common.begin(); part != end; ++part) shared /= *part;
-    common = shared;
+absl::StatusOr<std::string> FindPage(const BatchPlan& plan) {
+  fs::path common = fs::path(plan.drives().front().out).parent_path();
+  for (const BatchDrive& entry : plan.drives()) {
+    while (*fs::path(entry.out).lexically_relative(common).begin() == "..") {
+      common = common.parent_path();
+    }
   }
-  return (common / "batch.html").string();
-}
-
-absl::Status CheckPage(const BatchPlan& plan) {
-  const std::string path = PagePath(plan);
+  std::string path = (common / "batch.html").string();
   std::error_code error;
   if (!fs::exists(path, error) || absl::StrContains(ReadFile(path).value_or(""), kGenerator)) {
-    return absl::OkStatus();
+    return path;
   }
   return absl::AlreadyExistsError(absl::StrCat(path, " is no page of a batch; move it away"));
 }
 
 absl::Status WritePage(const BatchPlan& plan, const std::vector<DriveStatus>& drives) {
-  const std::string path = PagePath(plan);
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, FindPage(plan));
   std::map<std::string, int> counts;
   for (const DriveStatus& drive : drives) ++counts[drive.state];
   std::string html = absl::StrCat(
@@ -202,13 +182,11 @@ absl::Status WritePage(const BatchPlan& plan, const std::vector<DriveStatus>& dr
                absl::StrCat(kGenerator, counts.count("running") > 0 ? kRefresh : "")),
       "<main><header><h1>Drives</h1><p>", drives.size(), drives.size() == 1 ? " drive" : " drives");
   for (const auto& [state, count] : counts) absl::StrAppend(&html, ", ", count, " ", state);
-  absl::StrAppend(&html, "</p></header>\n<table><thead><tr><th>drive</th>");
-  for (const auto& [name, text] : Columns(DriveStatus())) {
-    absl::StrAppend(&html, "<th>", name, "</th>");
-  }
+  absl::StrAppend(&html, "</p></header>\n<table><thead><tr><th>drive</th><th>state</th>");
+  for (const auto& [name, text] : Columns({})) absl::StrAppend(&html, "<th>", name, "</th>");
   absl::StrAppend(&html, "<th>files</th></tr></thead><tbody>\n");
   for (size_t i = 0; i < drives.size(); ++i) {
-    absl::StrAppend(&html, Row(fs::path(path).parent_path(), plan.entries()[i], drives[i]));
+    absl::StrAppend(&html, Row(fs::path(path).parent_path(), plan.drives()[i], drives[i]));
   }
   return WriteFileAtomically(path, html + "</tbody></table></main></body></html>\n");
 }

@@ -15,8 +15,7 @@
 namespace egosieve::tools {
 
 struct DriveStatus {
-  // not started, begun, running, interrupted, unreadable, failed, frames failed, done
-  std::string state = "not started";
+  std::string state = "not started";  // begun, running, failed, frames failed, done
   int tasks = 0, tasks_done = 0;
   int exit_code = 0;  // of the first task that failed, wholly or in some frames
   int64_t frames = 0, frames_failed = 0;
@@ -31,11 +30,11 @@ std::vector<DriveStatus> StatusOfAll(const BatchPlan& plan);
 void TellStatus(const BatchPlan& plan, const std::vector<DriveStatus>& drives,
                 const ResultFlag& result);
 
-// batch.html in the common parent folder of all run folders.
-std::string PagePath(const BatchPlan& plan);
-// AlreadyExists if PagePath is a file that no batch has written.
-absl::Status CheckPage(const BatchPlan& plan);
+// batch.html in the common parent folder of all run folders. AlreadyExists if no batch has written
+// that file.
+absl::StatusOr<std::string> FindPage(const BatchPlan& plan);
 // Links are relative and lead to existing files. While drives are running, the page reloads itself.
+// The same error.
 absl::Status WritePage(const BatchPlan& plan, const std::vector<DriveStatus>& drives);
 
 }  // namespace egosieve::tools

@@ -25,6 +25,11 @@ class App;
 
 namespace egosieve::tools {
 
+// The present name of a command: `reconstruct` is what refine was called before.
+inline std::string PresentName(const std::string& name) {
+  return name == "reconstruct" ? "refine" : name;
+}
+
 class Command {
  public:
   virtual ~Command() = default;

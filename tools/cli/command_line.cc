@@ -291,7 +291,7 @@ int CommandLine::Run(std::vector<std::string> arguments, std::ostream& out, std:
 
 int CommandLine::Dispatch(std::vector<std::string> arguments, std::ostream& out,
                           std::ostream& err) {
-  const std::string first = arguments.empty() ? "" : arguments.front();
+  const std::string first = arguments.empty() ? "" : PresentName(arguments.front());
   if (first == "--version" || first == "version") {
     out << program_ << " " << version_ << (build_.empty() ? "" : ", ") << build_ << "\n";
     return static_cast<int>(ExitCode::kDone);

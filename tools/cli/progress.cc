@@ -19,6 +19,9 @@ namespace {
 constexpr std::chrono::milliseconds kBarInterval{100};
 constexpr std::chrono::seconds kLineInterval{5};
 constexpr int kBarColumns = 24;
+constexpr double kRateSeconds = 60.0, kLeastRateSeconds = 1.0;
+constexpr int64_t kLeastRateDone = 5;
+constexpr double kSampleSeconds = 0.1;  // between two that are kept
 
 }  // namespace
 
@@ -36,11 +39,21 @@ void ProgressFlag::AddFlag(CLI::App& app) {
       "How progress is shown on stderr; auto: a bar on a terminal, else a line every few seconds");
 }
 
-double RateOf(int64_t done, double seconds, double first_seconds) {
-  if (done > 1 && seconds > first_seconds) {
-    return static_cast<double>(done - 1) / (seconds - first_seconds);
+void MovingRate::Add(double seconds, int64_t done) {
+  const size_t size = samples_.size();
+  if (size >= 2 && samples_.back().seconds - samples_[size - 2].seconds < kSampleSeconds) {
+    samples_.pop_back();
   }
-  return seconds > 0.0 ? static_cast<double>(done) / seconds : 0.0;
+  samples_.push_back({seconds, done});
+  while (samples_.size() > 2 && samples_[1].seconds <= seconds - kRateSeconds) {
+    samples_.pop_front();
+  }
+}
+
+double MovingRate::PerSecond() const {
+  const double seconds = samples_.back().seconds - samples_.front().seconds;
+  if (samples_.back().done < kLeastRateDone || seconds < kLeastRateSeconds) return 0.0;
+  return static_cast<double>(samples_.back().done - samples_.front().done) / seconds;
 }
 
 Progress::Progress(std::string command, const ProgressFlag& flag, int64_t total, std::string unit)
@@ -58,22 +71,28 @@ Progress::Progress(std::string command, ProgressMode mode, int64_t total, std::o
       start_(Clock::now()),
       last_shown_(start_) {}
 
-double Progress::SecondsToGo(double rate) const {
-  return total_ >= 0 && rate > 0.0
-             ? static_cast<double>(std::max<int64_t>(total_ - done_, 0)) / rate
-             : -1.0;
+double Progress::SecondsToGo() const {
+  if (total_ < 0) return -1.0;
+  const double rest = static_cast<double>(std::max<int64_t>(total_ - done_, 0));
+  const double rate = rate_.PerSecond();
+  return rest == 0.0 ? 0.0 : rate > 0.0 ? rest / rate : -1.0;
 }
 
-std::string Progress::Text(double rate) const {
+std::string Progress::Text() const {
   std::string text = absl::StrCat(command_, ": ", done_);
   if (total_ >= 0) {
     absl::StrAppend(&text, "/", std::max(total_, done_));
   }
-  absl::StrAppend(&text, " ", unit_, "s, ");
-  absl::StrAppend(&text, rate >= 1.0 || rate <= 0.0
-                             ? absl::StrFormat("%.1f %ss/s", rate, unit_)
-                             : absl::StrFormat("%.2f s/%s", 1.0 / rate, unit_));
-  if (const double to_go = SecondsToGo(rate); to_go >= 0.0) {
+  absl::StrAppend(&text, " ", unit_, "s");
+  if (finished_) absl::StrAppend(&text, " in ", DescribeDuration(Seconds()));
+  const double rate = finished_ ? static_cast<double>(done_) / Seconds() : rate_.PerSecond();
+  if (rate > 0.0) {
+    absl::StrAppend(&text, ", ",
+                    rate >= 1.0 ? absl::StrFormat("%.1f %ss/s", rate, unit_)
+                                : absl::StrFormat("%.2f s/%s", 1.0 / rate, unit_));
+  }
+  if (finished_) return text;
+  if (const double to_go = SecondsToGo(); to_go >= 0.0) {
     absl::StrAppend(&text, ", ", DescribeDuration(to_go), " to go");
   }
   for (const auto& [name, value] : details_) {
@@ -82,10 +101,10 @@ std::string Progress::Text(double rate) const {
   return text;
 }
 
-std::string Progress::Json(double rate) const {
+std::string Progress::Json() const {
   std::string json = absl::StrFormat(
       R"({"command":"%s","done":%d,"total":%d,"frames_per_second":%.4g,"eta_seconds":%.4g)",
-      command_, done_, total_, rate, SecondsToGo(rate));
+      command_, done_, total_, rate_.PerSecond(), SecondsToGo());
   for (const auto& [name, value] : details_) {
     absl::StrAppendFormat(&json, R"(,"%s":%.6g)", absl::StrReplaceAll(name, {{" ", "_"}}), value);
   }
@@ -93,12 +112,10 @@ std::string Progress::Json(double rate) const {
 }
 
 void Progress::Show(Clock::time_point now) {
-  const double seconds = std::chrono::duration<double>(now - start_).count();
-  const double rate = RateOf(done_, seconds, first_seconds_);
   if (mode_ == ProgressMode::kJson) {
-    stream_ << Json(rate) << std::endl;
+    stream_ << Json() << std::endl;
   } else if (!terminal_) {
-    stream_ << Text(rate) << std::endl;
+    stream_ << Text() << std::endl;
   } else {
     std::string bar;
     if (total_ > 0) {
@@ -107,15 +124,14 @@ void Progress::Show(Clock::time_point now) {
           absl::StrCat("[", std::string(filled, '#'), std::string(kBarColumns - filled, '.'), "] ");
     }
     // Carriage return, erase the line.
-    stream_ << "\r\033[2K" << bar << Text(rate) << std::flush;
+    stream_ << "\r\033[2K" << bar << Text() << std::flush;
   }
   shown_ = true;
-  shown_done_ = done_;
   last_shown_ = now;
 }
 
 void Progress::Advance(const Details& details) {
-  if (++done_ == 1) first_seconds_ = Seconds();
+  rate_.Add(Seconds(), ++done_);
   details_ = details;
   if (mode_ == ProgressMode::kNone) return;
   const Clock::time_point now = Clock::now();
@@ -134,13 +150,9 @@ bool Progress::AdvanceUninterrupted() {
 
 void Progress::Finish() {
   if (std::exchange(finished_, true) || mode_ == ProgressMode::kNone) return;
-  const bool bar = mode_ == ProgressMode::kAuto && terminal_;
-  if (done_ > 0 && done_ != shown_done_ && (bar || shown_)) {
-    Show(Clock::now());
-  }
-  if (bar && shown_) {
-    stream_ << std::endl;
-  }
+  if (mode_ == ProgressMode::kJson || done_ == 0) return;  // each has its line
+  if (terminal_ || shown_) Show(Clock::now());
+  if (terminal_) stream_ << std::endl;
 }
 
 }  // namespace egosieve::tools

@@ -2,13 +2,14 @@
 //
 //   auto   on a terminal, a bar with rate and remaining time; else one line every five seconds
 //   json   one object per line: {"command", "done", "total", "frames_per_second", "eta_seconds",
-//          ...}
+//          ...}; 0 and -1 while they are not known
 //   none   nothing
 #ifndef EGOSIEVE_TOOLS_CLI_PROGRESS_H_
 #define EGOSIEVE_TOOLS_CLI_PROGRESS_H_
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -26,6 +27,22 @@ enum class ProgressMode { kAuto, kJson, kNone };
 struct ProgressFlag {
   ProgressMode mode = ProgressMode::kAuto;
   void AddFlag(CLI::App& app);
+};
+
+// How many per second, over the last minute.
+class MovingRate {
+ public:
+  // `done` are done after `seconds`; both increase.
+  void Add(double seconds, int64_t done);
+  // 0 until five are done and a second has passed: the first take longer, and a burst is no rate.
+  double PerSecond() const;
+
+ private:
+  struct Sample {
+    double seconds;
+    int64_t done;
+  };
+  std::deque<Sample> samples_ = {{0.0, 0}};  // increasing; the last is the present
 };
 
 class Progress {
@@ -50,14 +67,16 @@ class Progress {
   bool AdvanceUninterrupted();
   // Time since the beginning.
   double Seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-  // Shows the last state and ends the bar's line. Later calls do nothing.
+  // Shows the last state, with the time that it took, and ends the bar's line. Later calls do
+  // nothing.
   void Finish();
 
  private:
   void Show(Clock::time_point now);
-  std::string Text(double rate) const;
-  std::string Json(double rate) const;
-  double SecondsToGo(double rate) const;
+  std::string Text() const;
+  std::string Json() const;
+  // -1 if unknown
+  double SecondsToGo() const;
 
   std::string command_, unit_;
   ProgressMode mode_;
@@ -68,15 +87,10 @@ class Progress {
   Details details_;
   bool finished_ = false;
   bool shown_ = false;
-  int64_t shown_done_ = 0;
   Clock::time_point start_;
-  double first_seconds_ = 0.0;  // when the first was done, since the start
+  MovingRate rate_;
   Clock::time_point last_shown_;
 };
-
-// How many per second, of `done` in `seconds`. What comes before the first, such as opening files,
-// is left out once there is a second: first_seconds is when the first was done.
-double RateOf(int64_t done, double seconds, double first_seconds);
 
 // "12 s", "3 min 05 s", "2 h 07 min"
 std::string DescribeDuration(double seconds);

@@ -12,6 +12,7 @@ void ResultFlag::AddFlag(CLI::App& app) {
 
 void ResultFlag::Tell(const std::string& command, const nlohmann::ordered_json& fields,
                       const std::string& text) const {
+  if (quiet) return;
   if (!json) {
     std::cout << text;
     return;

@@ -18,6 +18,7 @@ inline constexpr int kResultSchemaVersion = 1;
 
 struct ResultFlag {
   bool json = false;
+  bool quiet = false;  // prints nothing: for commands within another one
 
   void AddFlag(CLI::App& app);
 

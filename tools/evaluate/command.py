@@ -44,7 +44,7 @@ def _add_scoring(parser):
     add("--true-camera", metavar="FILE", help="the true lens, as in a run's camera.json; "
         "default: camera.json beside the frames")
     add("--pixels", choices=("grid", "full"), default="grid",
-        help="grid: those of the maps; full: every one, after reconstruct")
+        help="grid: those of the maps; full: every one, after refine")
     add("--match", choices=("auto", "name", "number", "order"), default="auto",
         help="how truth finds its frames")
     add("--with-prior", action="store_true",
@@ -108,7 +108,7 @@ def _suite_parser():
     add("--max-seconds", type=_from_zero(float), default=0.0, help="of each sequence; 0: all")
     add("--max-frames", type=_from_zero(int), default=0, help="of each sequence; 0: all")
     add("--no-masks", dest="masks", action="store_false",
-        help="do not make masks of each run by reconstruct, and score them")
+        help="do not make masks of each run by refine, and score them")
     add("--against", metavar="TABLE", help="suite.csv of an old state: old and new side by side")
     add("--program", help="egosieve; default: $EGOSIEVE_PROGRAM, else the one beside this program")
     _add_scoring(parser)

@@ -1,9 +1,9 @@
 """Scores one run: eval.json and eval.csv of a truth of its pixels, further.json of other truth.
 
 The scored pixels are those of the grid (the 16-bit probabilities as written) or, if requested and
-the run was reconstructed, all pixels of full/. Frames before the first learnt frame have the map of
+the run was refined, all pixels of full/. Frames before the first learnt frame have the map of
 the prior, which is the same everywhere: they are left out and counted, unless `with_prior` is set.
-Masks of reconstruct are scored at full resolution, in every frame with a mask.
+Masks of refine are scored at full resolution, in every frame with a mask.
 """
 
 from collections import Counter
@@ -74,13 +74,13 @@ class Evaluation:
         if true_mask is None:
             return  # counted by _score
         if mask.shape != size:
-            raise InputError(f"{path} is damaged; run egosieve reconstruct again")
+            raise InputError(f"{path} is damaged; run egosieve refine again")
         true_ids = self.truth.moving_ids(line.index, size)
         ids, ids_path = None, self.run.frame_file("ids", line.index, ".png")
         if true_ids is not None and ids_path.exists():
             ids = read_image(ids_path)
             if ids.dtype != np.uint16 or ids.shape != size:
-                raise InputError(f"{ids_path} is damaged; run egosieve reconstruct again")
+                raise InputError(f"{ids_path} is damaged; run egosieve refine again")
             ids = ids.astype(np.int32)
         self.masks.add(line.index, mask != STATIC, true_mask, ids, true_ids,
                        self.truth.objects(line.index))

@@ -1,4 +1,4 @@
-"""Scores masks and numbers of `egosieve reconstruct` against truth.
+"""Scores masks and numbers of `egosieve refine` against truth.
 
     J   IoU of the mask in frames with movers, mean over frames
     F   boundary measure, likewise

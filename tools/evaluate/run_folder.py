@@ -146,7 +146,7 @@ class RunFolder:
         deviation = self.frame_file(pixels, line.index, ".std.png")
         if pixels == "full" and not probability.exists():
             raise UsageError(f"the run has no full/ map of frame {line.index}; run egosieve "
-                             "reconstruct --what=probability on it first, or use --pixels=grid")
+                             "refine --what=probability on it first, or use --pixels=grid")
         return (self._map(probability, grid),
                 self._map(deviation, grid) if deviation.exists() else None)
 

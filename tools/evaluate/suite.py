@@ -1,7 +1,7 @@
 """Runs many sequences with several variants of segment, such as profiles, and scores them.
 
     out/runs/VARIANT/NAME       the run folder; an existing one is continued or used as it is
-    out/runs/VARIANT/egosieve_logs/NAME.log   output of segmenting; NAME.masks.log: of reconstruct
+    out/runs/VARIANT/egosieve_logs/NAME.log   output of segmenting; NAME.masks.log: of refine
 
 Each sequence is segmented by a process of its own with its share of the cores; all of them end with
 this program. The order of the results does not depend on durations.
@@ -126,7 +126,7 @@ def _segment(sequence, flags, run, options):
         arguments.append(f"--max_frames={min(limits)}")
     _call([*arguments, *options.segment_flags.split()], run, ".log", "segmenting", options)
     if options.masks:
-        _call(["reconstruct", str(run)], run, ".masks.log", "making masks", options)
+        _call(["refine", str(run)], run, ".masks.log", "making masks", options)
 
 
 def _seconds_per_frame(run):

@@ -24,7 +24,7 @@ absl::StatusOr<cv::Mat> ReadOfType(const std::string& path, int type, cv::Size s
   absl::StatusOr<cv::Mat> image = ReadImage(path, cv::IMREAD_UNCHANGED);
   if (image.ok() && image->type() == type && image->size() == size) return image;
   return absl::DataLossError(
-      absl::StrCat(path, " is missing or damaged; run egosieve reconstruct again"));
+      absl::StrCat(path, " is missing or damaged; run egosieve refine again"));
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine
   const cv::Mat1b own = IgnoredIn(line, options.ignored);
   if (options.own_vehicle) {
     mask.masked.setTo(255, own);
-  } else if (options.threshold) {  // reconstruct's own masks exclude it already
+  } else if (options.threshold) {  // refine's own masks exclude it already
     mask.masked.setTo(0, own);
   }
   return mask;

@@ -1,6 +1,6 @@
 // The masked pixels in the frames of a run.
 //
-//   moving     mask of reconstruct; with a threshold: p >= threshold in its refined map   (FM1)
+//   moving     mask of refine; with a threshold: p >= threshold in its refined map   (FM1)
 //   own        the own vehicle and the run's ignored area, if wanted                      (FM2)
 //   dilated    pixels nearer than `dilate_pixels` to (FM1) and, if wanted, to the shadows of movers
 //              (cast_shadows.h); each gets the number of the nearest mover                (FM3)
@@ -19,8 +19,8 @@
 namespace egosieve::tools {
 
 struct FrameMaskOptions {
-  std::optional<double> threshold;  // none: reconstruct's masks
-  bool numbers = false;             // from reconstruct's ids
+  std::optional<double> threshold;  // none: refine's masks
+  bool numbers = false;             // from refine's ids
   bool own_vehicle = false;         // mask it and the run's ignored area
   cv::Mat1b ignored;                // RunFolder::ReadIgnoredArea
   int dilate_pixels = 0;
@@ -34,7 +34,7 @@ struct FrameMask {
   cv::Mat1w numbers;  // 0 where not masked; empty unless wanted
 };
 
-// The file of reconstruct from which a frame's mask is made.
+// The file of refine from which a frame's mask is made.
 std::string MaskSource(const RunFolder& folder, int64_t index, const FrameMaskOptions& options);
 
 // DataLoss, naming the file, if it is missing, damaged or of another size. picture: the segmented

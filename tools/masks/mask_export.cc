@@ -109,7 +109,7 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
       (options.invert || options.mask.threshold || options.mask.own_vehicle ||
        options.mask.shadow_margin_pixels > 0 || !options.also.empty())) {
     return absl::InvalidArgumentError(
-        "davis, coco and mots take the movers that reconstruct has numbered: leave out "
+        "davis, coco and mots take the movers that refine has numbered: leave out "
         "--threshold, "
         "--unsure, --own_vehicle, --shadow_margin, --also and --invert, or use --for=plain");
   }

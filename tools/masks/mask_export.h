@@ -48,7 +48,7 @@ class MaskExport {
   // Finds the pictures in the video. after_frame: as in video_frames.h.
   absl::Status FindPictures(vision::FrameSource& video, const std::function<bool()>& after_frame);
 
-  // after_frame: as in reconstruct_run.h. An interrupted call of the same options on the same run
+  // after_frame: as in refine_run.h. An interrupted call of the same options on the same run
   // is continued. OutOfRange, before anything is written, if the format lacks a mover's number.
   absl::Status Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
                    const std::function<bool()>& after_frame);

@@ -6,7 +6,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/output_folder.h"
-#include "tools/reconstruct/full_maps.h"
+#include "tools/refine/full_maps.h"
 
 namespace egosieve::tools {
 namespace {
@@ -37,7 +37,7 @@ void MasksFlags::AddFlags(CLI::App& app) {
       ->type_name("PIXELS");
   app.add_option("--threshold", options.mask.threshold,
                  "Masks where the probability of moving is at least this; default: the masks of "
-                 "reconstruct, by its own thresholds")
+                 "refine, by its own thresholds")
       ->type_name("P");
   AddWords(app, "--unsure", unsure, TreatmentWords(),
            absl::StrCat(

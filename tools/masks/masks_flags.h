@@ -25,7 +25,7 @@ struct MasksFlags {
   std::string moved;  // where the run's input is now; empty: where run.json says
   MaskExportOptions options;
   Treatment unsure = Treatment::kDefault, own_vehicle = Treatment::kDefault;
-  // Flags for segment, and for segment and reconstruct, with their values if given.
+  // Flags for segment, and for segment and refine, with their values if given.
   std::map<std::string, std::optional<std::string>> passed, passed_to_both;
   ProgressFlag progress;
   ResultFlag result;

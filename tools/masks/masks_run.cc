@@ -16,8 +16,8 @@
 #include "tools/cli/version.h"
 #include "tools/cli/warning.h"
 #include "tools/masks/mask_export.h"
-#include "tools/reconstruct/reconstruct_command.h"
-#include "tools/reconstruct/reconstruct_run.h"
+#include "tools/refine/refine_command.h"
+#include "tools/refine/refine_run.h"
 #include "tools/run_folder/chosen_lines.h"
 #include "tools/segment/segment_command.h"
 
@@ -82,16 +82,10 @@ class MasksRun {
     const std::vector<FrameLine> lines = LinesWithMaps(all);
     if (lines.size() < all.size()) code = ExitCode::kFramesFailed;
     if (!HasMasks(folder, lines)) {
-      std::vector<std::string> words = {"reconstruct", flags_.run,
-                                        absl::StrCat("--input=", pictures)};
-      // Products that reconstruct already made with its own thresholds stay.
-      ReconstructOptions options;
-      if (flags_.options.mask.threshold) {
-        words.push_back("--what=probability");
-        EGOSIEVE_ASSIGN_OR_RETURN(options.what, ProductChoice::FromText("probability"));
-      }
-      EGOSIEVE_ASSIGN_OR_RETURN(const bool goes_on, IsResumable(folder, all, options));
-      if (goes_on && !IsReconstructed(folder)) words.push_back("--resume");
+      std::vector<std::string> words = {"refine", flags_.run, absl::StrCat("--input=", pictures)};
+      // Products that refine already made with its own thresholds stay.
+      if (flags_.options.mask.threshold) words.push_back("--what=probability");
+      if (!IsRefined(folder)) words.push_back("--resume");
       const ExitCode made = Step(std::move(words), false);
       if (made != ExitCode::kDone && made != ExitCode::kFramesFailed) return made;
     }
@@ -126,7 +120,7 @@ class MasksRun {
     if (flags_.result.json) words.push_back("--json");
     CommandLine line("egosieve", "", kVersion);
     line.Add(MakeSegmentCommand());
-    line.Add(MakeReconstructCommand());
+    line.Add(MakeRefineCommand());
     return static_cast<ExitCode>(line.Run(std::move(words), std::cout, std::cerr));
   }
 
@@ -142,8 +136,7 @@ class MasksRun {
   }
 
   bool HasMasks(const RunFolder& folder, const std::vector<FrameLine>& lines) const {
-    return IsReconstructed(folder) &&
-           std::all_of(lines.begin(), lines.end(), [&](const FrameLine& line) {
+    return IsRefined(folder) && std::all_of(lines.begin(), lines.end(), [&](const FrameLine& line) {
              return std::filesystem::exists(MaskSource(folder, line.index, flags_.options.mask));
            });
   }

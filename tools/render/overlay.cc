@@ -165,7 +165,8 @@ void OutlineMover(const cv::Mat1b& mover, int number, cv::Mat3b& picture) {
 
 // The picture above a strip for the legend, which is returned, too. Both sides are even.
 cv::Mat3b MakePage(const cv::Mat3b& picture, bool with_legend, cv::Mat3b* strip) {
-  const int strip_height = with_legend ? std::clamp(picture.rows / 16, 20, 44) : 0;
+  const int strip_height =
+      with_legend ? std::clamp(std::min(picture.rows, picture.cols) / 16, 20, 44) : 0;
   const int width = picture.cols + picture.cols % 2;
   const int height = picture.rows + strip_height + (picture.rows + strip_height) % 2;
   cv::Mat3b page(height, width, cv::Vec3b(0, 0, 0));
@@ -221,7 +222,9 @@ cv::Mat3b DrawMovers(const cv::Mat3b& frame, const cv::Mat1w& ids, const std::st
   if (options.legend) {
     const double scale = strip.rows / 52.0;
     const int gap = strip.rows / 3;
-    const std::string text = absl::StrCat(numbers.size(), " moving, each with its number");
+    std::string text = absl::StrCat(numbers.size(), " moving");
+    const std::string whole = text + ", each with its number";
+    if (TextWidth(whole + caption, scale) + 4 * gap < strip.cols) text = whole;
     DrawText(text, {gap, strip.rows / 2}, scale, strip);
     DrawCaption(caption, scale, strip, 2 * gap + TextWidth(text, scale));
   }

@@ -31,7 +31,7 @@ struct OverlayOptions {
 cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
                       const std::string& caption, const OverlayOptions& options = {});
 
-// ids: of the frame's size, 0 where static (reconstruct's ids/NNNNNN.png).
+// ids: of the frame's size, 0 where static (refine's ids/NNNNNN.png).
 cv::Mat3b DrawMovers(const cv::Mat3b& frame, const cv::Mat1w& ids, const std::string& caption,
                      const OverlayOptions& options = {});
 

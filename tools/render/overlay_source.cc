@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "tools/reconstruct/full_maps.h"
+#include "tools/refine/full_maps.h"
 #include "tools/run_folder/doubtful_frames.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/segmented_pictures.h"
@@ -35,8 +35,7 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
   if (shows_movers_ && std::filesystem::exists(ids_path)) {
     EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat ids, ReadImage(ids_path, cv::IMREAD_UNCHANGED));
     if (ids.type() != CV_16UC1 || ids.size() != frame.image.size()) {
-      return absl::DataLossError(
-          absl::StrCat(ids_path, " is damaged; run egosieve reconstruct again"));
+      return absl::DataLossError(absl::StrCat(ids_path, " is damaged; run egosieve refine again"));
     }
     return DrawMovers(frame.image, ids, caption, with_ignored);
   }

@@ -22,7 +22,7 @@ class OverlaySource {
   static absl::StatusOr<OverlaySource> Open(std::shared_ptr<kernels::Context> context,
                                             const RunFolder& folder, const std::string& input);
 
-  // Whether movers are drawn if reconstruct has numbered them, which is the default, or always the
+  // Whether movers are drawn if refine has numbered them, which is the default, or always the
   // map.
   void ShowMovers(bool shows_movers) { shows_movers_ = shows_movers; }
 

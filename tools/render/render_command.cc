@@ -29,7 +29,7 @@ class RenderCommand : public Command {
         ->type_name("PATH");
     AddObjectFlags(app, options_.overlay.objects);
     AddSwitch(app, "--movers", "--map", options_.movers,
-              "Show the movers that reconstruct has numbered, where it has; --map: the map");
+              "Show the movers that refine has numbered, where it has; --map: the map");
     app.add_flag("--outlines", options_.overlay.outlines_only,
                  "Of movers, draw nothing but outlines");
     AddSwitch(app, "--legend", "--no_legend", options_.overlay.legend, "Draw the legend");

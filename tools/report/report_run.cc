@@ -79,11 +79,11 @@ absl::Status AddPictures(const ReportOptions& options, const RunFolder& folder,
     return absl::OkStatus();
   }
   content.picture_notes.push_back(absl::StrFormat(
-      "Where reconstruct has numbered them, each mover has a colour and its number. Else orange: "
+      "Where refine has numbered them, each mover has a colour and its number. Else orange: "
       "likely to move by itself; blue: likely part of the static scene; no colour: unsure; lines "
       "around connected pixels with a probability of %.2f and more, somewhere of %.2f and more.",
       options.overlay.objects.low, options.overlay.objects.high));
-  Progress progress("report", options.progress, static_cast<int64_t>(lines.size()));
+  Progress progress("report", options.progress, static_cast<int64_t>(lines.size()), "picture");
   OverlayOptions overlay = options.overlay;
   overlay.legend = false;
   for (const FrameLine& line : lines) {

@@ -1,5 +1,5 @@
 // The lock on a run folder, by flock on .write.lock in it, which stays: locks on folders exclude
-// nothing on NFS. Held by the program that writes or removes the run: segment, reconstruct, merge.
+// nothing on NFS. Held by the program that writes or removes the run: segment, refine, merge.
 // It ends with its object or its process, even if that is killed. File systems without locks grant
 // every lock.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_

@@ -7,7 +7,7 @@
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
 //   potential/NNNNNN.png           with segment --potential: how much each place looks like movers,
 //                                  at grid resolution, value / 65535
-//   masks/, ids/, tracks.csv, full/    made by reconstruct (tools/reconstruct/frame_products.h);
+//   masks/, ids/, tracks.csv, full/    made by refine (tools/refine/frame_products.h);
 //   reconstruct.json                   its progress
 //   camera.json, own_vehicle.png, fixed_pattern.png, windscreen.png
 //                                  results of the first pass (tools/segment/run_camera.h)

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "tools/cli/checks.h"
@@ -39,6 +41,15 @@ std::string CommonDefault(const SegmentOption& option) {
 }  // namespace
 
 void GivenOptions::AddFlags(CLI::App& app) {
+  std::vector<std::string> names;
+  for (const SegmentOption& option : SegmentOptions()) {
+    if (option.kind != Kind::kProfile) names.push_back(option.name);
+  }
+  AddFlags(app, names);
+  AddSetFlag(app);
+}
+
+void GivenOptions::AddFlags(CLI::App& app, const std::vector<std::string>& names) {
   app.add_option("--profile", profile_,
                  "default: the most accurate; paper: as in the paper's sections III to V; fast: "
                  "default with labels from smaller, neighbouring pictures and with fewer inducing "
@@ -46,7 +57,7 @@ void GivenOptions::AddFlags(CLI::App& app) {
       ->check(OneOf(NamesOf(Profiles())))
       ->type_name(absl::StrJoin(NamesOf(Profiles()), "|"));
   for (const SegmentOption& option : SegmentOptions()) {
-    if (option.kind == Kind::kProfile) continue;
+    if (std::find(names.begin(), names.end(), option.name) == names.end()) continue;
     std::string& given = given_[option.name];
     if (option.type.empty()) {
       const bool is_on = CommonDefault(option) == "on";
@@ -66,7 +77,6 @@ void GivenOptions::AddFlags(CLI::App& app) {
         ->default_str(is_research ? option.get(SettingsOf("default")) : CommonDefault(option))
         ->group(is_research ? kResearchTable : "Options");
   }
-  AddSetFlag(app);
 }
 
 bool GivenOptions::Has(const std::string& name) const {

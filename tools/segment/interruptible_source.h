@@ -1,22 +1,23 @@
-// Passes on another source's frames until the program is asked to stop; then returns the error
-// Cancelled. For passes over a drive that write nothing.
+// Passes on another source's frames, counts them, and returns the error Cancelled when the program
+// is asked to stop. For passes over a drive that write nothing.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_INTERRUPTIBLE_SOURCE_H_
 #define EGOSIEVE_TOOLS_SEGMENT_INTERRUPTIBLE_SOURCE_H_
 
 #include <cstdint>
 #include <string>
 
-#include "tools/cli/interruption.h"
+#include "tools/cli/progress.h"
 #include "vision/frame/frame_source.h"
 
 namespace egosieve::tools {
 
 class InterruptibleSource : public vision::FrameSource {
  public:
-  explicit InterruptibleSource(vision::FrameSource& source) : source_(source) {}
+  InterruptibleSource(vision::FrameSource& source, Progress& progress)
+      : source_(source), progress_(progress) {}
 
   absl::StatusOr<vision::FrameRead> Next() override {
-    if (InterruptionRequested()) {
+    if (!progress_.AdvanceUninterrupted()) {
       return absl::CancelledError("interrupted before the first frame; nothing was written");
     }
     return source_.Next();
@@ -28,6 +29,7 @@ class InterruptibleSource : public vision::FrameSource {
 
  private:
   vision::FrameSource& source_;
+  Progress& progress_;
 };
 
 }  // namespace egosieve::tools

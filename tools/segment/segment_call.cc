@@ -39,7 +39,7 @@ void SegmentCall::AddFlags(CLI::App& app) {
                "Continue the run that the folder holds, with the bytes of an uninterrupted run; "
                "start it where there is none");
   app.add_flag("--record", record,
-               "Keep a stream's pictures in the run folder, frames/, for reconstruct and others");
+               "Keep a stream's pictures in the run folder, frames/, for refine and others");
   app.add_flag("--allow_other_device", allow_other_device,
                "With --resume: continue although the run began on another device; the log lines "
                "of the frames from here on name it");

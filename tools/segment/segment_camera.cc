@@ -36,7 +36,7 @@ absl::Status SegmentCamera::Read(const CameraSettings& settings, const DriveInpu
 }
 
 absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool resumes,
-                                 const std::string& directory,
+                                 const std::string& directory, const ProgressFlag& shown,
                                  vision::FrameLabellerOptions& labeller) {
   if (!(labeller.focal_ratio > 0.0)) labeller.focal_ratio = given_ratio_;
   is_ratio_given_ = labeller.focal_ratio > 0.0;
@@ -57,7 +57,8 @@ absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool res
     options.pictures.ignored = ignored_;
     options.focal_ratio = labeller.focal_ratio;
     options.finds_own_vehicle = settings_.finds_own_vehicle;
-    InterruptibleSource frames(*input.frames);
+    Progress progress("first pass", shown, -1);
+    InterruptibleSource frames(*input.frames, progress);
     EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
                               vision::LearnDriveCamera(frames, options));
     EGOSIEVE_ASSIGN_OR_RETURN(camera_,

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "tools/cli/progress.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/run_camera.h"
 #include "vision/labelling/frame_labeller.h"
@@ -30,7 +31,8 @@ class SegmentCamera {
   // `from` on. There is no first pass if the labeller does not use its results, nor for a stream
   // and without has_first_pass: the labeller then learns the focal length.
   absl::Status Find(const DriveInput& input, int64_t from, bool resumes,
-                    const std::string& directory, vision::FrameLabellerOptions& labeller);
+                    const std::string& directory, const ProgressFlag& shown,
+                    vision::FrameLabellerOptions& labeller);
   // Completes a run's description by what was found: the origin of the focal length, and the
   // content of --ignore.
   void Describe(std::map<std::string, std::string>& flags) const;

@@ -48,6 +48,8 @@ const std::vector<SegmentOption>& SegmentOptions();
 class GivenOptions {
  public:
   void AddFlags(CLI::App& app);
+  // --profile and these flags alone.
+  void AddFlags(CLI::App& app, const std::vector<std::string>& names);
   bool Has(const std::string& name) const;
   // The profile's settings, overridden by the given ones.
   SegmentSettings MakeSettings() const;

@@ -165,8 +165,8 @@ absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
                             RunFolder::TakeOrMake(call.directory));
   const int64_t from = settings.schedule.first_frame(), step = settings.schedule.frame_step();
   // Before the folder is replaced: interrupting the first pass keeps the former run.
-  EGOSIEVE_RETURN_IF_ERROR(
-      call.camera.Find(input, from, call.resume, call.directory, settings.segmenter.labeller));
+  EGOSIEVE_RETURN_IF_ERROR(call.camera.Find(input, from, call.resume, call.directory, call.progress,
+                                            settings.segmenter.labeller));
   if (step > 1) {
     input.frames = std::make_unique<vision::SteppedFrames>(std::move(input.frames), from, step);
   }

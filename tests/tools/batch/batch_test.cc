@@ -32,20 +32,14 @@ class Batch : public testing::Test {
     WritePatchDrive(root_ + "/b", SmallPatchDrive(8));
   }
 
-  std::string Entry(const std::string& drive, const std::string& out) const {
-    return absl::StrFormat(
-        "{\"path\": \"%s/frames\", \"out\": \"out/%s\", \"flags\": {\"budget\": 100, \"stride\": "
-        "8, "
-        "\"checkpoint_every\": 3}, \"then\": []}",
-        drive, out);
+  static std::string Entry(const std::string& drive, const std::string& out) {
+    return absl::StrFormat("[%s]\npath = '%s/frames'\nout = 'out/%s'\n", out, drive, out);
   }
 
   void WriteManifest(const std::vector<std::string>& entries) const {
-    std::string text = "[";
-    for (const std::string& entry : entries) {
-      absl::StrAppend(&text, text.size() > 1 ? ",\n" : "", entry);
-    }
-    ASSERT_TRUE(WriteFileAtomically(root_ + "/drives.json", text + "]").ok());
+    std::string text = "[defaults]\nbudget = 100\nstride = 8\ncheckpoint_every = 3\nthen = []\n";
+    for (const std::string& entry : entries) text += entry;
+    ASSERT_TRUE(WriteFileAtomically(root_ + "/drives.toml", text).ok());
   }
 
   // Starts the batch and sends the signal as soon as the first drive has a line. The batch waits
@@ -53,7 +47,7 @@ class Batch : public testing::Test {
   int StartAndSend(int signal) const {
     FullPipe told(root_ + "/batch.err");
     const pid_t batch =
-        StartProgram({"batch", root_ + "/drives.json"}, root_ + "/batch.out", root_ + "/batch.err");
+        StartProgram({"batch", root_ + "/drives.toml"}, root_ + "/batch.out", root_ + "/batch.err");
     const std::string log = root_ + "/out/a/frames.jsonl";
     std::error_code error;
     for (int wait = 0; wait < 60000 && (!fs::exists(log, error) || fs::file_size(log, error) == 0);
@@ -67,7 +61,7 @@ class Batch : public testing::Test {
   }
 
   ProgramOutcome RunBatch(int jobs = 1) const {
-    return RunProgram({"batch", root_ + "/drives.json", absl::StrCat("--jobs=", jobs)});
+    return RunProgram({"batch", root_ + "/drives.toml", absl::StrCat("--jobs=", jobs)});
   }
 
   // A program of this text.
@@ -120,7 +114,7 @@ TEST_F(Batch, DoesWhatFollowsForAFolderOfDrivesAndLinksItAll) {
   const std::vector<std::string> arguments = {"batch",
                                               root_,
                                               "--out=" + root_ + "/out",
-                                              "--then=reconstruct,masks,render,report",
+                                              "--then=refine,masks,render,report",
                                               "--segment_flags=--budget=100 --stride=8",
                                               "--masks_flags=--for=colmap --dilate=2"};
   const ProgramOutcome first = RunProgram(arguments);
@@ -178,12 +172,12 @@ TEST_F(Batch, AFlagThatIsOnByDefaultIsTurnedOff) {
 }
 
 TEST_F(Batch, ASignalBeforeTheProgramCatchesItIsAnInterruption) {
-  const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run", {}}});
+  const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run"}});
   const absl::StatusOr<int> code =
-      plan.Run(0, 0, Program("exec sleep 300"), /*to_log=*/true, [] { return true; });
+      plan.Run(0, Program("exec sleep 300"), /*to_log=*/true, [] { return true; });
   ASSERT_TRUE(code.ok()) << code.status();
   EXPECT_EQ(*code, 130);
-  EXPECT_EQ(plan.Record(0, 0)->exit_code, TaskRecord::kBegun);
+  EXPECT_FALSE(plan.Record(0).has_value());
 }
 
 // The kernel reaps the children of a program that was started with SIGCHLD ignored: how they ended
@@ -194,17 +188,17 @@ TEST_F(Batch, AStepOfWhichNobodyKnowsHowItEndedIsNotDone) {
                 .code,
             0);
   ASSERT_EQ(RunProgram({"report", root_ + "/run"}).code, 0);
-  const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run", {}, {{"report", {}}}}});
+  const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run", {}, {"report"}}});
   const std::string program = Program("exit 0");
-  const auto run = [&] { return plan.Run(1, 0, program, /*to_log=*/true, [] { return false; }); };
+  const auto run = [&] { return plan.Run(1, program, /*to_log=*/true, [] { return false; }); };
   const auto before = signal(SIGCHLD, SIG_IGN);
   const absl::StatusOr<int> lost = run();
   signal(SIGCHLD, before);
   EXPECT_EQ(lost.status().code(), absl::StatusCode::kUnavailable);
-  EXPECT_FALSE(plan.IsDone(1, 0));
-  EXPECT_THAT(plan.Record(1, 0)->reason, HasSubstr("lost " + program));
+  EXPECT_FALSE(plan.IsDone(1));
+  EXPECT_THAT(plan.Record(1)->reason, HasSubstr("lost " + program));
   EXPECT_EQ(run().value_or(-1), 0);
-  EXPECT_TRUE(plan.IsDone(1, 0));
+  EXPECT_TRUE(plan.IsDone(1));
 }
 
 TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
@@ -223,9 +217,11 @@ TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
   expect({root_ + "/a/frames/*.png", out}, 2, "has no drive");
   expect({root_, out, "--then=sing"}, 2, "'sing' is none of");
   expect({root_, out, "--segment_flags=stride=3"}, 2, "is no flag");
-  expect({root_, root_, out}, 2, "is that of entry");
+  expect({root_, root_, out}, 2, "have the same run folder");
   expect({root_, out, "--sbatch=--nice=100"}, 2, "no effect without --engine=slurm");
-  expect({root_, out, "--task=0", "--piece_minutes=1"}, 2, "give the file that --plan names");
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/list.json", "[]").ok());
+  expect({root_ + "/list.json", out}, 2, "is a plan, with drives and flags of its own");
+  expect({root_ + "/list.json"}, 2, "is no plan that --plan has written (manifests are TOML)");
   fs::create_directories(root_ + "/there");
   ASSERT_TRUE(WriteFileAtomically(root_ + "/there/batch.html", "mine").ok());
   const ProgramOutcome foreign = RunProgram({"batch", root_, "--out=" + root_ + "/there"});
@@ -246,13 +242,13 @@ TEST_F(Batch, FramesThatFailMakeItsExitCodeEachTime) {
 }
 
 TEST_F(Batch, ABadManifestIsOneLineAndStartsNothing) {
-  WriteManifest({Entry("a", "a"), "{\"path\": \"b\"}"});
+  WriteManifest({Entry("a", "a"), "[b]\npath = 'b'\n"});
   const ProgramOutcome outcome = RunBatch();
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("drives.json cannot be used: entry 2: no 'out'"));
+  EXPECT_THAT(outcome.err, HasSubstr("drives.toml cannot be used: b: no 'out'"));
   EXPECT_EQ(CountLines(outcome.err), 1);
   EXPECT_FALSE(fs::exists(root_ + "/out"));
-  EXPECT_EQ(RunProgram({"batch", root_ + "/none.json"}).code, 3);
+  EXPECT_EQ(RunProgram({"batch", root_ + "/none.toml"}).code, 3);
 }
 
 TEST_F(Batch, AnInterruptedOneGoesOn) {

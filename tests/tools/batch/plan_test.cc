@@ -11,7 +11,6 @@
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
-#include "tools/batch/cuts.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -23,89 +22,114 @@ using ::testing::HasSubstr;
 
 std::vector<std::string> StageNames(const BatchPlan& plan) {
   std::vector<std::string> names;
-  for (const PlanStage& stage : plan.stages()) names.push_back(stage.name);
+  for (size_t stage = 0; stage < plan.stages(); ++stage) {
+    names.push_back(plan.tasks()[plan.Number(stage, 0)].stage);
+  }
   return names;
 }
 
-BatchPlan Plan(const std::vector<BatchEntry>& entries) {
-  absl::StatusOr<BatchPlan> plan = BatchPlan::Create(entries);
+BatchPlan Plan(const std::vector<BatchDrive>& drives) {
+  absl::StatusOr<BatchPlan> plan = BatchPlan::Create(drives);
   EXPECT_TRUE(plan.ok()) << plan.status();
   return *std::move(plan);
 }
 
-const std::vector<BatchStep> kUsual = {{"reconstruct", {}}, {"report", {}}};
+const std::vector<std::string> kUsual = {"refine", "report"};
 
 TEST(BatchPlan, NumbersStageByStageAndNeedsWhatComesBefore) {
   const BatchPlan plan = Plan({{"/a.mp4", "/out/a", {}, kUsual}, {"/b.mp4", "/out/b", {}, kUsual}});
-  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "reconstruct", "report"));
-  EXPECT_EQ(plan.task_count(), 6);
-  EXPECT_THAT(plan.stages()[0].needs, ElementsAre());
-  EXPECT_THAT(plan.stages()[1].needs, ElementsAre(0));
-  EXPECT_THAT(plan.stages()[2].needs, ElementsAre(1));
-  EXPECT_EQ(plan.TaskNumber(2, 1), 5);
+  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "refine", "report"));
+  ASSERT_EQ(plan.tasks().size(), 6u);
+  EXPECT_THAT(plan.tasks()[1].needs, ElementsAre());
+  EXPECT_THAT(plan.tasks()[3].needs, ElementsAre(1));
+  EXPECT_THAT(plan.tasks()[5].needs, ElementsAre(3));
+  EXPECT_EQ(plan.Number(2, 1), 5u);
+  EXPECT_EQ(plan.DriveOf(5).out, "/out/b");
 }
 
 TEST(BatchPlan, StepsNeedTheMapsAndTheMasksBeforeThem) {
-  const BatchStep masks = {"masks", {"--for=colmap"}};
-  const BatchStep reconstruct = {"reconstruct", {"--causal"}}, render = {"render", {}};
-  const BatchPlan plan =
-      Plan({{"/a.mp4", "/out/a", {"--device=cpu"}, {reconstruct, masks, render}}});
-  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "reconstruct", "masks", "render"));
-  EXPECT_THAT(plan.stages()[1].needs, ElementsAre(0));
-  EXPECT_THAT(plan.stages()[2].needs, ElementsAre(1));
-  EXPECT_THAT(plan.stages()[3].needs, ElementsAre(1));
-  EXPECT_THAT(plan.Arguments(0, 0), ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
-                                                "--device=cpu", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(1, 0),
-              ElementsAre("reconstruct", "/out/a", "--causal", "--device=cpu", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(2, 0), ElementsAre("masks", "/out/a", "--out=/out/a.masks",
-                                                "--overwrite", "--for=colmap", "--progress=none"));
-  EXPECT_EQ(BatchPlan::Create({{"a", "a", {}, {masks}}, {"b", "b", {}, {render}}}).status().code(),
-            absl::StatusCode::kInvalidArgument);
+  const BatchPlan plan = Plan({{"/a.mp4",
+                                "/out/a",
+                                {{"segment", {"--device=cpu"}},
+                                 {"refine", {"--causal"}},
+                                 {"masks", {"--for=colmap"}},
+                                 {"render", {"--device=gpu"}}},
+                                {"refine", "masks", "render"}}});
+  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "refine", "masks", "render"));
+  const std::vector<BatchTask>& tasks = plan.tasks();
+  EXPECT_THAT(tasks[1].needs, ElementsAre(0));
+  EXPECT_THAT(tasks[2].needs, ElementsAre(1));
+  EXPECT_THAT(tasks[3].needs, ElementsAre(1));
+  EXPECT_THAT(tasks[0].arguments, ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
+                                              "--device=cpu", "--progress=none"));
+  EXPECT_THAT(tasks[1].arguments, ElementsAre("refine", "/out/a", "--resume", "--causal",
+                                              "--device=cpu", "--progress=none"));
+  EXPECT_THAT(tasks[2].arguments, ElementsAre("masks", "/out/a", "--out=/out/a.masks",
+                                              "--overwrite", "--for=colmap", "--progress=none"));
+  EXPECT_THAT(tasks[3].arguments,
+              ElementsAre("render", "/out/a", "--device=gpu", "--progress=none"));
+  const auto refused = [](const BatchDrive& a, const BatchDrive& b) {
+    return BatchPlan::Create({a, b}).status().code() == absl::StatusCode::kInvalidArgument;
+  };
+  EXPECT_FALSE(refused({"/a", "/out/a"}, {"/b", "/out/b"}));
+  EXPECT_TRUE(refused({"/a", "/out/a", {}, {"masks"}}, {"/b", "/out/b", {}, {"render"}}));
+  EXPECT_TRUE(refused({"/a", "/out/a"}, {"/b", "/out/a"}));
 }
 
 TEST(BatchPlan, CutDrivesAreLearntInPiecesThatOverlap) {
-  const BatchPlan plan = Plan(
-      {{"/a.mp4", "/out/a", {"--stride=2"}, kUsual, {100, 250}}, {"/b.mp4", "/out/b", {}, kUsual}});
+  const BatchPlan plan =
+      Plan({{"/a.mp4", "/out/a", {{"segment", {"--stride=2"}}}, kUsual, {100, 250}},
+            {"/b.mp4", "/out/b", {}, kUsual}});
   EXPECT_THAT(StageNames(plan),
-              ElementsAre("segment_1", "segment_2", "segment_3", "merge", "reconstruct", "report"));
-  EXPECT_THAT(plan.stages()[3].needs, ElementsAre(0, 1, 2));
-  EXPECT_THAT(plan.stages()[4].needs, ElementsAre(3));
-  EXPECT_THAT(plan.Arguments(0, 0), ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
+              ElementsAre("segment_1", "segment_2", "segment_3", "merge", "refine", "report"));
+  const auto task = [&](size_t stage, size_t drive) {
+    return plan.tasks()[plan.Number(stage, drive)];
+  };
+  EXPECT_THAT(task(2, 0).needs, ElementsAre());
+  EXPECT_THAT(task(3, 0).needs, ElementsAre(0, 2, 4));
+  EXPECT_THAT(task(4, 0).needs, ElementsAre(6));
+  EXPECT_THAT(task(0, 0).arguments, ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
                                                 "--stride=2", "--to=99", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(1, 0),
+  EXPECT_THAT(task(1, 0).arguments,
               ElementsAre("segment", "/a.mp4", "--out=/out/a.pieces/2", "--resume", "--stride=2",
                           "--from=90", "--to=249", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(2, 0),
+  EXPECT_THAT(task(2, 0).arguments,
               ElementsAre("segment", "/a.mp4", "--out=/out/a.pieces/3", "--resume", "--stride=2",
                           "--from=240", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(3, 0), ElementsAre("merge", "/out/a", "/out/a.pieces/2",
+  EXPECT_THAT(task(3, 0).arguments, ElementsAre("merge", "/out/a", "/out/a.pieces/2",
                                                 "/out/a.pieces/3", "--progress=none"));
   // A drive in one piece.
-  EXPECT_THAT(plan.Arguments(0, 1),
+  EXPECT_THAT(task(0, 1).arguments,
               ElementsAre("segment", "/b.mp4", "--out=/out/b", "--resume", "--progress=none"));
   for (const size_t stage : {1, 2, 3}) {
-    EXPECT_THAT(plan.Arguments(stage, 1), ElementsAre());
-    EXPECT_TRUE(plan.IsDone(stage, 1));
+    EXPECT_THAT(task(stage, 1).arguments, ElementsAre());
+    EXPECT_TRUE(plan.IsDone(plan.Number(stage, 1)));
   }
 }
 
-TEST(BatchPlan, PiecesExcludeFlagsThatChooseFrames) {
-  EXPECT_TRUE(
-      BatchPlan::Create({{"a", "a", {"--to=5"}}, {"b", "b", {"--stride=2"}, {}, {10}}}).ok());
-  for (const char* flag : {"--from=3", "--to=5", "--max_frames=9"}) {
-    EXPECT_EQ(BatchPlan::Create({{"b", "b", {flag}, {}, {10}}}).status().code(),
-              absl::StatusCode::kInvalidArgument)
-        << flag;
+TEST(BatchPlan, IsReadAsItIsWritten) {
+  const BatchPlan plan =
+      Plan({{"/in/a", "/out/a", {{"masks", {"--for=coco"}}}, {"masks"}, {50, 90}},
+            {"/in/b", "/out/b", {}, {"masks"}}});
+  const absl::StatusOr<BatchPlan> read = BatchPlan::FromText(plan.ToText());
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(read->tasks().size(), plan.tasks().size());
+  for (size_t i = 0; i < plan.tasks().size(); ++i) {
+    EXPECT_EQ(read->tasks()[i].stage, plan.tasks()[i].stage);
+    EXPECT_EQ(read->tasks()[i].folder, plan.tasks()[i].folder);
+    EXPECT_EQ(read->tasks()[i].arguments, plan.tasks()[i].arguments);
+    EXPECT_EQ(read->tasks()[i].needs, plan.tasks()[i].needs);
   }
-}
-
-TEST(DriveCuts, AreTheFewestPiecesOfEqualLength) {
-  EXPECT_THAT(EqualCuts(3000, 0.1, 5), ElementsAre());
-  EXPECT_THAT(EqualCuts(3001, 0.1, 5), ElementsAre(1500));
-  EXPECT_THAT(EqualCuts(9001, 0.1, 5), ElementsAre(2250, 4500, 6750));
-  EXPECT_THAT(EqualCuts(3, 1.0, 1e-9), ElementsAre(1, 2)) << "no piece is empty";
-  EXPECT_THAT(EqualCuts(-1, 0.1, 5), ElementsAre()) << "a length that no header tells";
+  EXPECT_EQ(read->DriveOf(3).path, "/in/b");
+  for (const char* text :
+       {"", "[]", "{\"drives\": [], \"tasks\": []}", "[{\"path\": \"a\", \"out\": \"b\"}]",
+        R"({"drives": [{"path": "a", "run": "b"}],
+            "tasks": [{"stage": "x", "run": "b", "arguments": ["x"], "needs": [0]}]})",
+        R"({"drives": [{"path": "a", "run": "b"}, {"path": "c", "run": "d"}],
+            "tasks": [{"stage": "x", "run": "b", "arguments": ["x"], "needs": []}]})"}) {
+    EXPECT_EQ(BatchPlan::FromText(text).status().code(), absl::StatusCode::kInvalidArgument)
+        << text;
+  }
 }
 
 class BatchTasks : public testing::Test {
@@ -131,7 +155,7 @@ class BatchTasks : public testing::Test {
 
 TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
   const auto run = [&](const std::string& flag, const std::string& masks = "--for=colmap") {
-    return RunBatch({flag, "--then=reconstruct,masks,render,report", "--masks_flags=" + masks});
+    return RunBatch({flag, "--then=refine,masks,render,report", "--masks_flags=" + masks});
   };
   for (int task = 0; task < 10; task += 2) {  // those of the first drive
     const ProgramOutcome outcome = run(absl::StrCat("--task=", task));
@@ -145,7 +169,7 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
                         "--stride=8", "--checkpoint_every=3"})
                 .code,
             0);
-  ASSERT_EQ(RunProgram({"reconstruct", alone}).code, 0);
+  ASSERT_EQ(RunProgram({"refine", alone}).code, 0);
   ASSERT_EQ(RunProgram({"masks", alone, "--for=colmap", "--out=" + alone + ".masks"}).code, 0);
   for (const std::string file : {"/grid/000004.prob.png", "/masks/000004.png", "/ids/000007.png",
                                  "/tracks.csv", ".masks/000005.png.png"}) {
@@ -164,7 +188,7 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
   // A batch on this machine reads the same book: it finds all that tasks have done.
   const auto time = std::filesystem::last_write_time(root_ + "/out/a/report.html");
   const auto render = [&](const std::string& flags) {
-    return RunBatch({"--then=reconstruct,masks,render,report", "--masks_flags=" + flags}).code;
+    return RunBatch({"--then=refine,masks,render,report", "--masks_flags=" + flags}).code;
   };
   EXPECT_EQ(render("--for=colmap --dilate=2"), 0);
   EXPECT_EQ(std::filesystem::last_write_time(root_ + "/out/a/report.html"), time);
@@ -174,8 +198,7 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
 TEST_F(BatchTasks, WhatNeedsAnotherStepIsDoneAgainWithIt) {
   const auto report_time = [&](const std::string& flags) {
     std::string manifest = *ReadFile(root_ + "/drives.toml");
-    manifest =
-        "[defaults]\nreconstruct = {" + flags + "}\n" + manifest.substr(0, manifest.find("[b]"));
+    manifest = "[defaults]\nrefine = {" + flags + "}\n" + manifest.substr(0, manifest.find("[b]"));
     EXPECT_TRUE(WriteFileAtomically(root_ + "/own.toml", manifest).ok());
     const ProgramOutcome outcome = RunProgram({"batch", root_ + "/own.toml"});
     EXPECT_EQ(outcome.code, 0) << outcome.err << outcome.out;
@@ -234,14 +257,14 @@ TEST_F(BatchTasks, StatusTellsWhatIsThereAtAnyTime) {
   EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +begun +1 of 3 +0 +8 +0 "));
   const ProgramOutcome early = RunBatch({"--task=4"});
   EXPECT_EQ(early.code, 2);
-  EXPECT_THAT(early.err, HasSubstr("'reconstruct'"));
+  EXPECT_THAT(early.err, HasSubstr("'refine'"));
   EXPECT_EQ(CountLines(early.err), 1);
-  EXPECT_THAT(RunBatch({"--plan"}).out, ContainsRegex(" 3  .*/out/b  reconstruct\n"));
+  EXPECT_THAT(RunBatch({"--plan"}).out, ContainsRegex(" 3  .*/out/b  refine\n"));
   EXPECT_EQ(RunBatch({"--plan", "--task=1"}).code, 2);
   EXPECT_THAT(*ReadFile(root_ + "/out/batch.html"), HasSubstr("2 drives, 1 begun, 1 not started"));
   EXPECT_EQ(RunBatch({"--task=6"}).code, 2);
   ASSERT_TRUE(WriteFileAtomically(root_ + "/out/a/run.json", "{").ok());
-  EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +unreadable .*run.json"));
+  EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +failed .*run.json"));
 }
 
 }  // namespace

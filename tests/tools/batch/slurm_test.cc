@@ -48,15 +48,11 @@ class Slurm : public testing::Test {
   }
 
   static BatchPlan Plan(size_t drives) {
-    std::vector<BatchEntry> entries;
+    std::vector<BatchDrive> all;
     for (size_t i = 0; i < drives; ++i) {
-      entries.push_back({absl::StrCat("/in/", i),
-                         absl::StrCat("/nowhere/", i),
-                         {},
-                         {{"reconstruct", {}}, {"report", {}}},
-                         {}});
+      all.push_back({absl::StrCat("/in/", i), absl::StrCat("/nowhere/", i)});
     }
-    return *BatchPlan::Create(entries);
+    return *BatchPlan::Create(all);
   }
 
   // The process of the script that jobs run, as element `element` of the array of a stage whose
@@ -109,9 +105,9 @@ TEST_F(Slurm, ArraysDependOnWhatTheirTasksNeed) {
                                   call("0")));
   EXPECT_THAT(lines[1], HasSubstr("[--dependency=aftercorr:1]" + kill + call("3")));
   EXPECT_THAT(lines[2], HasSubstr("[--dependency=aftercorr:2]" + kill + call("6")));
-  const auto entries = ReadManifest(jobs + "/submitted.json");
-  ASSERT_TRUE(entries.ok()) << entries.status();
-  EXPECT_EQ((*entries)[1].out, "/nowhere/1");
+  const auto plan = BatchPlan::FromText(*ReadFile(jobs + "/submitted.json"));
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  EXPECT_EQ(plan->drives()[1].out, "/nowhere/1");
 }
 
 TEST_F(Slurm, WhatFollowsPiecesDependsOnAllOfThem) {
@@ -201,12 +197,10 @@ TEST_F(Slurm, PathsAreAsTheyAreAndWhatSlurmCannotTakeIsRefused) {
     options_.sbatch = {option};
     EXPECT_EQ(options_.Validate().code(), absl::StatusCode::kInvalidArgument) << option;
   }
-  options_.sbatch = {"--output-not-ours=1", "--account=x"};
+  options_.sbatch = {"--nice", "--account=x"};
   EXPECT_TRUE(options_.Validate().ok());
-  for (const std::string folder : {"/a\nb", "/a\\b"}) {
-    options_.folder = folder;
-    EXPECT_EQ(options_.Validate().code(), absl::StatusCode::kInvalidArgument) << folder;
-  }
+  options_.folder = "/a\\b";
+  EXPECT_EQ(options_.Validate().code(), absl::StatusCode::kInvalidArgument);
 }
 
 TEST_F(Slurm, AScriptGivesItsTasksExitCode) {

@@ -95,7 +95,7 @@ class Completion : public testing::Test {
 
 TEST_F(Completion, OfCommands) {
   EXPECT_THAT(Of("\"\""), IsSupersetOf(Commands()));
-  EXPECT_THAT(Of("reco"), ElementsAre("reconstruct"));
+  EXPECT_THAT(Of("refi"), ElementsAre("refine"));
 }
 
 TEST_F(Completion, OfEveryFlagInHelp) {

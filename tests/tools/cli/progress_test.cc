@@ -10,6 +10,7 @@
 namespace egosieve::tools {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
@@ -29,23 +30,26 @@ TEST(Progress, JsonIsAnObjectForEveryFrame) {
     EXPECT_EQ(json["done"], ++done);
     EXPECT_EQ(json["total"], 3);
     EXPECT_EQ(json["model_size"], 11.0 + static_cast<double>(done));
-    EXPECT_GE(json["eta_seconds"].get<double>(), 0.0);
+    EXPECT_EQ(json["frames_per_second"], 0.0);  // two in no time are no rate
+    EXPECT_EQ(json["eta_seconds"], -1.0);
   }
   EXPECT_EQ(done, 2);
 }
 
 TEST(Progress, ATerminalHasABarThatEndsWithALineBreak) {
   std::ostringstream stream;
-  Progress progress("segment", ProgressMode::kAuto, 4, stream, true);
-  for (int i = 0; i < 4; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(110));
+  Progress progress("segment", ProgressMode::kAuto, 8, stream, true);
+  for (int i = 0; i < 8; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(210));
     EXPECT_TRUE(progress.AdvanceUninterrupted());
   }
   progress.Finish();
   progress.Finish();
-  EXPECT_THAT(stream.str(), HasSubstr("[######..................] segment: 1/4 frames"));
-  EXPECT_THAT(stream.str(), HasSubstr("[########################] segment: 4/4 frames"));
-  EXPECT_THAT(stream.str(), HasSubstr(" to go"));
+  EXPECT_THAT(stream.str(), HasSubstr("[###.....................] segment: 1/8 frames\r"));
+  EXPECT_THAT(stream.str(),
+              ContainsRegex("#\\.+\\] segment: 5/8 frames, 4\\.[0-9] frames/s, 1 s to go\r"));
+  EXPECT_THAT(stream.str(),
+              ContainsRegex("#\\] segment: 8/8 frames in 2 s, 4\\.[0-9] frames/s\n$"));
   EXPECT_THAT(stream.str(), EndsWith("\n"));
   EXPECT_THAT(stream.str(), testing::Not(EndsWith("\n\n")));
 }
@@ -73,18 +77,35 @@ TEST(Progress, DoesNotTrustTheTotal) {
 
 TEST(Progress, CountsInItsUnit) {
   std::ostringstream stream;
-  Progress progress("evaluate", ProgressMode::kAuto, 2, stream, true, "sequence");
-  std::this_thread::sleep_for(std::chrono::milliseconds(110));
-  progress.Advance();
-  EXPECT_THAT(stream.str(), HasSubstr("evaluate: 1/2 sequences, "));
-  EXPECT_THAT(stream.str(), HasSubstr(" sequences/s, "));
+  {
+    Progress progress("evaluate", ProgressMode::kAuto, 2, stream, true, "sequence");
+    std::this_thread::sleep_for(std::chrono::milliseconds(110));
+    progress.Advance();
+  }
+  EXPECT_THAT(stream.str(), HasSubstr("evaluate: 1/2 sequences in 0 s, "));
+  EXPECT_THAT(stream.str(), HasSubstr(" sequences/s\n"));
 }
 
-TEST(Progress, TheTimeBeforeTheFirstIsNoRate) {
-  EXPECT_EQ(RateOf(1, 10.0, 10.0), 0.1);
-  EXPECT_EQ(RateOf(5, 12.0, 10.0), 2.0);
-  EXPECT_EQ(RateOf(2, 10.0, 10.0), 0.2);
-  EXPECT_EQ(RateOf(0, 0.0, 0.0), 0.0);
+TEST(MovingRate, IsNotThatOfTheFirstNorOfABurst) {
+  MovingRate rate;
+  EXPECT_EQ(rate.PerSecond(), 0.0);
+  rate.Add(6.5, 1);
+  EXPECT_EQ(rate.PerSecond(), 0.0);
+  for (int i = 2; i <= 13; ++i) rate.Add(6.5 + 1e-6 * i, i);
+  EXPECT_NEAR(rate.PerSecond(), 2.0, 1e-3);
+  MovingRate burst;
+  for (int i = 1; i <= 13; ++i) burst.Add(1e-6 * i, i);
+  EXPECT_EQ(burst.PerSecond(), 0.0);
+}
+
+TEST(MovingRate, FollowsWhatSlowsDown) {
+  MovingRate rate;
+  int64_t done = 0;
+  double seconds = 0.0;
+  for (; seconds < 90.0; seconds += 0.01) rate.Add(seconds, ++done);
+  EXPECT_NEAR(rate.PerSecond(), 100.0, 0.5);
+  for (; seconds < 160.0; seconds += 0.5) rate.Add(seconds, ++done);
+  EXPECT_NEAR(rate.PerSecond(), 2.0, 0.05);
 }
 
 TEST(DescribeDuration, ReadsWell) {

@@ -100,7 +100,7 @@ TEST_F(BadInput, APipeWhereARunHasItsNumbers) {
                 .code,
             0);
   ASSERT_EQ(Segment(drive + "/frames").code, 0);
-  ASSERT_EQ(RunProgram({"reconstruct", out_, "--progress=none"}).code, 0);
+  ASSERT_EQ(RunProgram({"refine", out_, "--progress=none"}).code, 0);
   const std::string pipe = out_ + "/ids/000001.png";
   fs::remove(pipe);
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
@@ -202,7 +202,7 @@ TEST_F(BadInput, ABrokenImageAmongGoodOnes) {
               *ReadFile(folder.FrameFile("grid", 1, ".prob.png")));
   EXPECT_TRUE(folder.ReadGridMaps(lines[2], *folder.ReadDescription(), true).ok());
   // What follows copes: a frame without its picture has a map, and no mask.
-  EXPECT_EQ(RunProgram({"reconstruct", out_, "--progress=none"}).code, 4);
+  EXPECT_EQ(RunProgram({"refine", out_, "--progress=none"}).code, 4);
   EXPECT_EQ(RunProgram({"render", out_, "--progress=none", "--images", "--no_video"}).code, 4);
   EXPECT_EQ(RunProgram({"report", out_, "--progress=none"}).code, 0);
 }
@@ -332,7 +332,7 @@ TEST_F(BadInput, FlagsThatAreNone) {
 
 TEST_F(BadInput, FoldersThatAreNoRuns) {
   WriteFrames(2);
-  for (const char* command : {"reconstruct", "render", "report"}) {
+  for (const char* command : {"refine", "render", "report"}) {
     ExpectRefused(RunProgram({command, input_}), 3, "run.json");
     ExpectRefused(RunProgram({command, "/nowhere"}), 3, "/nowhere");
   }

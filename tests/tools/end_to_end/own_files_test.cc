@@ -89,10 +89,10 @@ TEST_F(OwnFiles, MissingAndEmptyMapsAreMadeAgain) {
   Keep();
   fs::remove(run_ + "/grid/000006.prob.png");
   fs::resize_file(run_ + "/grid/000008.std.png", 0);
-  const ProgramOutcome reconstruct = RunProgram({"reconstruct", run_, "--progress=none"});
-  EXPECT_EQ(reconstruct.code, 3);
-  EXPECT_THAT(reconstruct.err, HasSubstr("the map of frame 6"));
-  EXPECT_THAT(reconstruct.err, HasSubstr("egosieve segment --resume --out=" + run_));
+  const ProgramOutcome refine = RunProgram({"refine", run_, "--progress=none"});
+  EXPECT_EQ(refine.code, 3);
+  EXPECT_THAT(refine.err, HasSubstr("the map of frame 6"));
+  EXPECT_THAT(refine.err, HasSubstr("egosieve segment --resume --out=" + run_));
   EXPECT_FALSE(fs::exists(run_ + "/full"));
   EXPECT_EQ(SegmentFrames({"--resume"}).code, 0);
   EXPECT_EQ(Changes(), "");
@@ -128,9 +128,10 @@ TEST_F(OwnFiles, AnEarlySignalIsAnInterruption) {
     fs::remove(root_ + "/told");
     // It waits behind the first frame, where it tells its progress, so that it cannot end before.
     FullPipe told(root_ + "/told");
-    const pid_t process = StartProgram({"segment", root_ + "/frames", "--out=" + run_,
-                                        "--budget=150", "--stride=8", "--progress=json"},
-                                       root_ + "/out.txt", root_ + "/told");
+    const pid_t process =
+        StartProgram({"segment", root_ + "/frames", "--out=" + run_, "--budget=150", "--stride=8",
+                      "--no_first_pass", "--progress=json"},
+                     root_ + "/out.txt", root_ + "/told");
     bool was_written = false;
     for (int wait = 0; wait < kLongestWait && !catches_sigterm(process); ++wait) {
       was_written = was_written || fs::exists(run_);
@@ -147,7 +148,7 @@ TEST_F(OwnFiles, AnEarlySignalIsAnInterruption) {
     }
     const ProgramOutcome resumed =
         RunProgram({"segment", root_ + "/frames", "--out=" + run_, "--budget=150", "--stride=8",
-                    "--progress=none", "--resume"});
+                    "--no_first_pass", "--progress=none", "--resume"});
     EXPECT_EQ(resumed.code, 0) << resumed.err;
     EXPECT_EQ(RunFolder::Open(run_)->ReadLines()->size(), static_cast<size_t>(kManyFrames));
   }

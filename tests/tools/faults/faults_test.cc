@@ -66,9 +66,8 @@ class Faults : public testing::TestWithParam<std::string> {
     fs::create_directories(base_);
     WritePatchDrive(world_, SmallPatchDrive(5));
     std::ofstream(world_ + "/notes.txt") << "somebody else's";
-    std::ofstream(world_ + "/drives.json")
-        << R"([{"path": "frames", "out": "run", "flags": {"budget": 100, "stride": 8,)"
-        << R"( "checkpoint_every": 2}, "then": []}])";
+    std::ofstream(world_ + "/drives.toml") << "[a]\npath = 'frames'\nout = 'run'\nbudget = 100\n"
+                                           << "stride = 8\ncheckpoint_every = 2\nthen = []\n";
   }
   ~Faults() override { unsetenv("LD_PRELOAD"); }
 
@@ -96,7 +95,7 @@ class Faults : public testing::TestWithParam<std::string> {
       return {name, Segment({"--to=2"}), merge, merge};
     }
     if (name == "batch") {
-      const std::vector<std::string> batch = {"batch", world_ + "/drives.json"};
+      const std::vector<std::string> batch = {"batch", world_ + "/drives.toml"};
       return {name, {}, batch, batch};
     }
     std::vector<std::string> command = {name, run_, "--progress=none"};
@@ -250,8 +249,8 @@ TEST_P(Faults, NeitherLoseNorHideAnything) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Commands, Faults,
-                         testing::Values("segment", "reconstruct", "masks", "render", "report",
-                                         "batch", "merge"),
+                         testing::Values("segment", "refine", "masks", "render", "report", "batch",
+                                         "merge"),
                          [](const auto& command) { return command.param; });
 
 }  // namespace

@@ -46,7 +46,7 @@ class Soak {
   std::vector<std::vector<std::string>> Commands(const std::string& run) const {
     return {{"segment", folder_ + "/frames", "--out=" + run, "--resume", "--budget=150",
              "--stride=8", "--checkpoint_every=4", "--progress=none"},
-            {"reconstruct", run, "--progress=none"},
+            {"refine", run, "--progress=none"},
             {"render", run, "--progress=none", "--images", "--no_video"}};
   }
 

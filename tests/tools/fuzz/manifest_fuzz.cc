@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/batch/manifest.h"
+#include "tools/batch/drives.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);

@@ -73,7 +73,7 @@ TEST_F(MasksTest, SegmentsWhatIsNoRunYet) {
   ASSERT_EQ(code, 0);
   ASSERT_EQ(lines.size(), 3u);
   EXPECT_EQ(nlohmann::json::parse(lines[0]).at("command"), "segment");
-  EXPECT_EQ(nlohmann::json::parse(lines[1]).at("command"), "reconstruct");
+  EXPECT_EQ(nlohmann::json::parse(lines[1]).at("command"), "refine");
   const nlohmann::json result = nlohmann::json::parse(lines[2]);
   EXPECT_EQ(result.at("images"), 6);
   EXPECT_GT(result.at("moving_masked"), 0.5);

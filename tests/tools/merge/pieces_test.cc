@@ -60,9 +60,9 @@ TEST_F(Pieces, AreOneRunWhenTheyAreMerged) {
   // No copies.
   EXPECT_TRUE(std::filesystem::equivalent(Folder("first") + "/grid/000015.prob.png",
                                           Folder("third") + "/grid/000015.prob.png"));
-  const ProgramOutcome whole = RunProgram({"reconstruct", Folder("first"), "--progress=none"});
+  const ProgramOutcome whole = RunProgram({"refine", Folder("first"), "--progress=none"});
   EXPECT_EQ(whole.code, 0) << whole.err;
-  EXPECT_THAT(whole.out, HasSubstr("16 frames reconstructed"));
+  EXPECT_THAT(whole.out, HasSubstr("16 frames refined"));
 }
 
 TEST_F(Pieces, OfOtherDrivesOrFlagsAreRefused) {

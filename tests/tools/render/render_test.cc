@@ -50,6 +50,17 @@ TEST(DrawOverlay, DrawsLinesAroundObjectsAlone) {
   EXPECT_EQ(change(120, 40), 0.0);
 }
 
+// Of a portrait video, too: the caption, at the right, is there.
+TEST(DrawMovers, TellsTheFrameInANarrowPicture) {
+  const cv::Mat3b frame(640, 352, cv::Vec3b(128, 128, 128));
+  const cv::Mat1w ids = cv::Mat1w::zeros(frame.size());
+  const auto caption_of = [&](const char* caption) {
+    const cv::Mat3b page = DrawMovers(frame, ids, caption);
+    return cv::Mat3b(page(cv::Rect(200, 640, 152, page.rows - 640)).clone());
+  };
+  EXPECT_GT(cv::norm(caption_of("frame 175  5.83 s"), caption_of("frame 264  7.41 s")), 100.0);
+}
+
 TEST(DrawMovers, FillsOrOutlinesThem) {
   const cv::Mat3b frame(120, 200, cv::Vec3b(128, 128, 128));
   cv::Mat1w ids = cv::Mat1w::zeros(frame.size());

@@ -81,7 +81,7 @@ class Schema : public testing::Test {
   void MakeRun() {
     Run({"segment", root_ + "/frames", "--out=" + root_ + "/run", "--budget=100", "--stride=8",
          "--checkpoint_every=3", "--progress=none"});
-    Run({"reconstruct", root_ + "/run", "--progress=none"});
+    Run({"refine", root_ + "/run", "--progress=none"});
   }
 
   std::string root_;
@@ -122,11 +122,10 @@ TEST_F(Schema, OfWhatCommandsPrint) {
        "--progress=none"});
   Run({"devices"});
   ASSERT_TRUE(
-      WriteFileAtomically(root_ + "/drives.json", "[{\"path\": \"frames\", \"out\": \"of_batch\"}]")
-          .ok());
-  Run({"batch", root_ + "/drives.json", "--plan"});
-  Run({"batch", root_ + "/drives.json", "--status"});
-  Run({"batch", root_ + "/drives.json"});
+      WriteFileAtomically(root_ + "/drives.toml", "[a]\npath = 'frames'\nout = 'of_batch'\n").ok());
+  Run({"batch", root_ + "/drives.toml", "--plan"});
+  Run({"batch", root_ + "/drives.toml", "--status"});
+  Run({"batch", root_ + "/drives.toml"});
   ASSERT_TRUE(WriteFileAtomically(root_ + "/results.jsonl", results_).ok());
   EXPECT_EQ(Check("result", root_ + "/results.jsonl"),
             absl::StrCat("ok ", CountLines(results_), "\n"));

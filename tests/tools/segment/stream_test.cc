@@ -124,7 +124,7 @@ TEST_F(Stream, IsSegmentedAsItComesUntilItsReaderEndsIt) {
                 static_cast<double>(first.total() * 3),
             10.0);
   // What was recorded is what follows reads.
-  EXPECT_EQ(RunProgram({"reconstruct", run_, "--progress=none"}).code, 0);
+  EXPECT_EQ(RunProgram({"refine", run_, "--progress=none"}).code, 0);
   EXPECT_TRUE(std::filesystem::exists(folder.FrameFile("masks", kWanted - 1, ".png")));
 }
 
@@ -132,7 +132,7 @@ TEST_F(Stream, ThatIsNotRecordedIsGone) {
   const Sender sender(Video(kShort));
   ASSERT_EQ(RunProgram(Segment(sender.address())).code, 0);
   EXPECT_EQ(RunFolder::Open(run_)->ReadLines()->size(), static_cast<size_t>(kShort));
-  const ProgramOutcome outcome = RunProgram({"reconstruct", run_, "--progress=none"});
+  const ProgramOutcome outcome = RunProgram({"refine", run_, "--progress=none"});
   EXPECT_EQ(outcome.code, 3);
   EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("give its recording"));

@@ -32,7 +32,7 @@ std::string DescriptionWithoutTimes(const RunFolder& folder) {
   return ToText(description);
 }
 
-// Two runs of the same input begin at two times, which reconstruct notes.
+// Two runs of the same input begin at two times, which refine notes.
 std::string WithoutStart(std::string text) {
   const size_t begin = text.find(" started=");
   if (begin != std::string::npos) text.erase(begin, text.find('"', begin) - begin);

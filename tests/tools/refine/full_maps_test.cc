@@ -1,4 +1,4 @@
-#include "tools/reconstruct/full_maps.h"
+#include "tools/refine/full_maps.h"
 
 #include "gtest/gtest.h"
 

@@ -1,4 +1,4 @@
-#include "tools/reconstruct/reconstruct_flags.h"
+#include "tools/refine/refine_flags.h"
 
 #include <CLI/CLI.hpp>
 
@@ -7,7 +7,7 @@
 
 namespace egosieve::tools {
 
-void ReconstructFlags::AddFlags(CLI::App& app) {
+void RefineFlags::AddFlags(CLI::App& app) {
   app.add_option("DIR", directory,
                  "The run folder; its masks/, ids/, full/ and tracks.csv are written")
       ->required()
@@ -29,7 +29,8 @@ void ReconstructFlags::AddFlags(CLI::App& app) {
       ->type_name("P");
   app.add_flag("--causal", options.window.link.causal,
                "Each frame from itself and the frames before it, as for a live camera");
-  app.add_flag("--resume", options.resume, "Continue where the same command stopped");
+  app.add_flag("--resume", options.resume,
+               "Continue where the same command stopped; start it where there is none");
   app.add_option("--input", options.input, "Where the run's input is now, if it was moved")
       ->type_name("PATH");
   app.add_option("--static_below", options.classes.static_below,
@@ -46,8 +47,8 @@ void ReconstructFlags::AddFlags(CLI::App& app) {
   result.AddFlag(app);
 }
 
-absl::StatusOr<ReconstructOptions> ReconstructFlags::MakeOptions() const {
-  ReconstructOptions made = options;
+absl::StatusOr<RefineOptions> RefineFlags::MakeOptions() const {
+  RefineOptions made = options;
   EGOSIEVE_ASSIGN_OR_RETURN(made.what, ProductChoice::FromText(what));
   EGOSIEVE_RETURN_IF_ERROR(made.Validate());
   return made;

@@ -2,8 +2,8 @@
 //
 //   values   linear between the grid's pixels (kernels/ops/grid_interpolation.h)
 //   class    0 (static) if p < static_below, 255 (dynamic) if p > dynamic_above, else 128
-#ifndef EGOSIEVE_TOOLS_RECONSTRUCT_FULL_MAPS_H_
-#define EGOSIEVE_TOOLS_RECONSTRUCT_FULL_MAPS_H_
+#ifndef EGOSIEVE_TOOLS_REFINE_FULL_MAPS_H_
+#define EGOSIEVE_TOOLS_REFINE_FULL_MAPS_H_
 
 #include <opencv2/core.hpp>
 
@@ -30,4 +30,4 @@ cv::Mat1b ClassifyMap(const cv::Mat1f& probability, const ClassThresholds& thres
 
 }  // namespace egosieve::tools
 
-#endif  // EGOSIEVE_TOOLS_RECONSTRUCT_FULL_MAPS_H_
+#endif  // EGOSIEVE_TOOLS_REFINE_FULL_MAPS_H_

@@ -7,8 +7,8 @@
 //            last chunk, and gives the same bytes
 //
 // Memory: the frames of a chunk and at most 24 on each side of it, for any length of the drive.
-#ifndef EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_RUN_H_
-#define EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_RUN_H_
+#ifndef EGOSIEVE_TOOLS_REFINE_REFINE_RUN_H_
+#define EGOSIEVE_TOOLS_REFINE_REFINE_RUN_H_
 
 #include <functional>
 #include <memory>
@@ -18,7 +18,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "kernels/runtime/context.h"
-#include "tools/reconstruct/frame_products.h"
+#include "tools/refine/frame_products.h"
 #include "tools/run_folder/run_folder.h"
 #include "vision/frame/frame_source.h"
 #include "vision/masks/map_window.h"
@@ -26,32 +26,34 @@
 
 namespace egosieve::tools {
 
-struct ReconstructOptions {
+struct RefineOptions {
   ProductChoice what;
   ClassThresholds classes;
   vision::ObjectThresholds objects;
   vision::ObjectThresholds mask = {0.5, 0.7};
   vision::MapWindowOptions window;
   vision::MoverTrackerOptions tracker;
-  std::string input;    // if not empty, replaces the path in run.json
-  bool resume = false;  // continue where a former call with the same options stopped
+  std::string input;  // if not empty, replaces the path in run.json
+  // Continue where a former call with the same options stopped; begin where there is none.
+  bool resume = false;
 
   absl::Status Validate() const;
 };
 
-// Whether the last reconstruction of the run was completed.
-bool IsReconstructed(const RunFolder& folder);
+// Whether the last refinement of the run was completed.
+bool IsRefined(const RunFolder& folder);
 
-// Whether `resume` would find a reconstruction of these lines with these options.
+// Whether `resume` would find a refinement of these lines with these options.
 absl::StatusOr<bool> IsResumable(const RunFolder& folder, const std::vector<FrameLine>& lines,
-                                 const ReconstructOptions& options);
+                                 const RefineOptions& options);
 
-class ReconstructRun {
+class RefineRun {
  public:
   // lines: the requested ones. Errors name the fault of the input and its remedy.
-  static absl::StatusOr<std::unique_ptr<ReconstructRun>> Open(
-      std::shared_ptr<kernels::Context> context, const RunFolder& folder,
-      const std::vector<FrameLine>& lines, const ReconstructOptions& options);
+  static absl::StatusOr<std::unique_ptr<RefineRun>> Open(std::shared_ptr<kernels::Context> context,
+                                                         const RunFolder& folder,
+                                                         const std::vector<FrameLine>& lines,
+                                                         const RefineOptions& options);
 
   // Frames that have a map and could be read; how many of them were done before.
   int64_t frames() const { return frames_; }
@@ -62,8 +64,8 @@ class ReconstructRun {
   absl::Status Run(const std::function<bool()>& after_frame);
 
  private:
-  ReconstructRun(std::shared_ptr<kernels::Context> context, const RunFolder& folder,
-                 const ReconstructOptions& options)
+  RefineRun(std::shared_ptr<kernels::Context> context, const RunFolder& folder,
+            const RefineOptions& options)
       : context_(std::move(context)),
         folder_(folder),
         options_(options),
@@ -91,7 +93,7 @@ class ReconstructRun {
   std::shared_ptr<kernels::Context> context_;
   RunFolder folder_;
   cv::Mat1b ignored_;  // RunFolder::ReadIgnoredArea
-  ReconstructOptions options_;
+  RefineOptions options_;
   RunDescription description_;
   std::vector<FrameLine> lines_;
   int64_t frames_ = 0;
@@ -107,4 +109,4 @@ class ReconstructRun {
 
 }  // namespace egosieve::tools
 
-#endif  // EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_RUN_H_
+#endif  // EGOSIEVE_TOOLS_REFINE_REFINE_RUN_H_

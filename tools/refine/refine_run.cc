@@ -1,4 +1,4 @@
-#include "tools/reconstruct/reconstruct_run.h"
+#include "tools/refine/refine_run.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -53,9 +53,9 @@ size_t ChunkEnd(const std::vector<FrameLine>& lines, size_t begin) {
   return end;
 }
 
-// Differs for reconstructions that differ. lines: those with pictures.
+// Differs for refinements that differ. lines: those with pictures.
 std::string SignatureOf(const RunDescription& description, const std::vector<FrameLine>& lines,
-                        const ReconstructOptions& options) {
+                        const RefineOptions& options) {
   return absl::StrFormat(
       "what=%s mask=%g,%g objects=%g,%g classes=%g,%g causal=%d frames=%d-%d maps=%d started=%s",
       options.what.ToText(), options.mask.low, options.mask.high, options.objects.low,
@@ -70,7 +70,7 @@ nlohmann::json ReadState(const RunFolder& folder) {
 
 }  // namespace
 
-absl::Status ReconstructOptions::Validate() const {
+absl::Status RefineOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(classes.Validate());
   EGOSIEVE_RETURN_IF_ERROR(objects.Validate());
   EGOSIEVE_RETURN_IF_ERROR(window.Validate());
@@ -81,24 +81,24 @@ absl::Status ReconstructOptions::Validate() const {
       mask.low, mask.high));
 }
 
-bool IsReconstructed(const RunFolder& folder) {
+bool IsRefined(const RunFolder& folder) {
   const nlohmann::json json = ReadState(folder);
   return json.is_object() && json.value("frames_done", -1) == json.value("frames", -2);
 }
 
 absl::StatusOr<bool> IsResumable(const RunFolder& folder, const std::vector<FrameLine>& lines,
-                                 const ReconstructOptions& options) {
+                                 const RefineOptions& options) {
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
   const nlohmann::json json = ReadState(folder);
   return json.is_object() &&
          json.value("options", "") == SignatureOf(description, LinesWithPictures(lines), options);
 }
 
-absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
+absl::StatusOr<std::unique_ptr<RefineRun>> RefineRun::Open(
     std::shared_ptr<kernels::Context> context, const RunFolder& folder,
-    const std::vector<FrameLine>& lines, const ReconstructOptions& options) {
+    const std::vector<FrameLine>& lines, const RefineOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  std::unique_ptr<ReconstructRun> run(new ReconstructRun(std::move(context), folder, options));
+  std::unique_ptr<RefineRun> run(new RefineRun(std::move(context), folder, options));
   EGOSIEVE_ASSIGN_OR_RETURN(run->description_, folder.ReadDescription());
   EGOSIEVE_ASSIGN_OR_RETURN(run->ignored_, folder.ReadIgnoredArea());
   EGOSIEVE_ASSIGN_OR_RETURN(run->source_, OpenPictures(run->description_, options.input));
@@ -108,15 +108,16 @@ absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
   return run;
 }
 
-absl::Status ReconstructRun::Begin() {
+absl::Status RefineRun::Begin() {
   RemoveAbandonedFiles(folder_.path());
   frames_ = static_cast<int64_t>(lines_.size());
   EGOSIEVE_RETURN_IF_ERROR(CreateProductFolders(folder_, options_.what));
-  const bool has_state = std::filesystem::exists(folder_.File(kState));
-  return options_.resume && has_state ? RestoreState() : StartTracks();
+  if (!options_.resume) return StartTracks();
+  EGOSIEVE_ASSIGN_OR_RETURN(const bool goes_on, IsResumable(folder_, lines_, options_));
+  return goes_on ? RestoreState() : StartTracks();
 }
 
-absl::Status ReconstructRun::StartTracks() {
+absl::Status RefineRun::StartTracks() {
   std::error_code error;
   std::filesystem::remove(folder_.File(kState), error);
   if (!options_.what.tracks) return absl::OkStatus();
@@ -127,19 +128,13 @@ absl::Status ReconstructRun::StartTracks() {
   return absl::OkStatus();
 }
 
-absl::Status ReconstructRun::RestoreState() {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(folder_.File(kState)));
-  const auto json = nlohmann::json::parse(text, nullptr, false);
-  const std::string remedy = "; leave --resume out to begin anew";
-  if (json.is_discarded() ||
-      json.value("options", "") != SignatureOf(description_, lines_, options_)) {
-    return absl::FailedPreconditionError(
-        absl::StrCat(folder_.File(kState), " is of other options or of another run", remedy));
-  }
+absl::Status RefineRun::RestoreState() {
+  const nlohmann::json json = ReadState(folder_);
   done_before_ = json.value("frames_done", int64_t{0});
   track_rows_ = json.value("track_rows", int64_t{0});
   if (done_before_ < 0 || done_before_ > frames()) {
-    return absl::DataLossError(absl::StrCat(folder_.File(kState), " is damaged", remedy));
+    return absl::DataLossError(
+        absl::StrCat(folder_.File(kState), " is damaged; leave --resume out to begin anew"));
   }
   if (options_.what.tracks) {
     EGOSIEVE_ASSIGN_OR_RETURN(LineLog log,
@@ -151,7 +146,7 @@ absl::Status ReconstructRun::RestoreState() {
   return absl::OkStatus();
 }
 
-absl::Status ReconstructRun::SaveState(size_t done) {
+absl::Status RefineRun::SaveState(size_t done) {
   const nlohmann::ordered_json json = {{"options", SignatureOf(description_, lines_, options_)},
                                        {"frames_done", done},
                                        {"frames", lines_.size()},
@@ -160,7 +155,7 @@ absl::Status ReconstructRun::SaveState(size_t done) {
   return WriteFileAtomically(folder_.File(kState), json.dump(1) + "\n");
 }
 
-absl::StatusOr<vision::WindowFrame> ReconstructRun::ReadFrame(size_t i) {
+absl::StatusOr<vision::WindowFrame> RefineRun::ReadFrame(size_t i) {
   const FrameLine& line = lines_[i];
   EGOSIEVE_ASSIGN_OR_RETURN(const vision::Frame frame, ReadPicture(line, *source_));
   EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
@@ -172,7 +167,7 @@ absl::StatusOr<vision::WindowFrame> ReconstructRun::ReadFrame(size_t i) {
                                  has_map_of_its_own_[i]);
 }
 
-absl::Status ReconstructRun::MoveWindow(size_t from, size_t to) {
+absl::Status RefineRun::MoveWindow(size_t from, size_t to) {
   if (from > window_begin_ + window_.size()) window_.clear();
   if (window_.empty()) window_begin_ = from;
   window_.erase(window_.begin(), window_.begin() + static_cast<int64_t>(from - window_begin_));
@@ -184,7 +179,7 @@ absl::Status ReconstructRun::MoveWindow(size_t from, size_t to) {
   return vision::LinkFrames(window_);
 }
 
-absl::Status ReconstructRun::MoveWindowAround(size_t begin, size_t end) {
+absl::Status RefineRun::MoveWindowAround(size_t begin, size_t end) {
   const double reach = options_.window.ReachSeconds();
   size_t from = begin, to = end;
   const double first_seconds = lines_[begin].time_seconds;
@@ -200,7 +195,7 @@ absl::Status ReconstructRun::MoveWindowAround(size_t begin, size_t end) {
   return MoveWindow(from, to);
 }
 
-std::vector<cv::Mat1f> ReconstructRun::RefinedMapsOf(size_t begin, size_t end) const {
+std::vector<cv::Mat1f> RefineRun::RefinedMapsOf(size_t begin, size_t end) const {
   std::vector<cv::Mat1f> maps =
       vision::RefineWindow(window_, static_cast<int>(begin - window_begin_),
                            static_cast<int>(end - begin), options_.window);
@@ -208,8 +203,8 @@ std::vector<cv::Mat1f> ReconstructRun::RefinedMapsOf(size_t begin, size_t end) c
   return maps;
 }
 
-std::vector<cv::Mat1w> ReconstructRun::NumberMovers(size_t begin, size_t end,
-                                                    const std::vector<FrameResult>& results) {
+std::vector<cv::Mat1w> RefineRun::NumberMovers(size_t begin, size_t end,
+                                               const std::vector<FrameResult>& results) {
   const bool causal = options_.window.link.causal;
   std::vector<vision::TrackedFrame> tracked;
   std::vector<cv::Mat1w> numbers;
@@ -236,7 +231,7 @@ std::vector<cv::Mat1w> ReconstructRun::NumberMovers(size_t begin, size_t end,
   return numbers;
 }
 
-absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
+absl::Status RefineRun::RunChunk(size_t begin, size_t end) {
   const bool sees_next = !options_.window.link.causal && end < lines_.size() &&
                          lines_[end].width_pixels == lines_[begin].width_pixels &&
                          lines_[end].height_pixels == lines_[begin].height_pixels;
@@ -260,7 +255,7 @@ absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
   return WriteChunk(begin, results);
 }
 
-absl::Status ReconstructRun::WriteChunk(size_t begin, std::vector<FrameResult>& results) {
+absl::Status RefineRun::WriteChunk(size_t begin, std::vector<FrameResult>& results) {
   std::vector<absl::Status> statuses(results.size(), absl::OkStatus());
   std::vector<std::string> rows(results.size());
   kernels::ParallelFor(static_cast<int64_t>(results.size()), [&](int64_t i) {
@@ -281,7 +276,7 @@ absl::Status ReconstructRun::WriteChunk(size_t begin, std::vector<FrameResult>& 
   return SaveState(begin + results.size());
 }
 
-absl::Status ReconstructRun::AddDeviation(const FrameLine& line, FrameResult& result) {
+absl::Status RefineRun::AddDeviation(const FrameLine& line, FrameResult& result) {
   if (!options_.what.deviation) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, true));
   EGOSIEVE_ASSIGN_OR_RETURN(result.deviation,
@@ -289,7 +284,7 @@ absl::Status ReconstructRun::AddDeviation(const FrameLine& line, FrameResult& re
   return absl::OkStatus();
 }
 
-absl::Status ReconstructRun::Run(const std::function<bool()>& after_frame) {
+absl::Status RefineRun::Run(const std::function<bool()>& after_frame) {
   for (size_t begin = 0, end = 0; begin < lines_.size(); begin = end) {
     end = ChunkEnd(lines_, begin);
     if (static_cast<int64_t>(begin) < done_before_) continue;

@@ -1,4 +1,4 @@
-// The products of reconstruct for a frame, and their files.
+// The products of refine for a frame, and their files.
 //
 //   masks        masks/NNNNNN.png        0 static, 255 moving
 //   ids          ids/NNNNNN.png          16 bits: the mover's number, 0 where static
@@ -12,8 +12,8 @@
 // Boxes and areas are in pixels. probability is the mean over the mover's pixels. sure is 1 - 2
 // mean sqrt(p (1 - p)): 1 if every p is 0 or 1, 0 if all are 1/2. It indicates errors of a map; the
 // deviation indicates missing data.
-#ifndef EGOSIEVE_TOOLS_RECONSTRUCT_FRAME_PRODUCTS_H_
-#define EGOSIEVE_TOOLS_RECONSTRUCT_FRAME_PRODUCTS_H_
+#ifndef EGOSIEVE_TOOLS_REFINE_FRAME_PRODUCTS_H_
+#define EGOSIEVE_TOOLS_REFINE_FRAME_PRODUCTS_H_
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -22,7 +22,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "tools/reconstruct/full_maps.h"
+#include "tools/refine/full_maps.h"
 #include "tools/run_folder/run_folder.h"
 #include "vision/objects/map_objects.h"
 
@@ -67,4 +67,4 @@ std::string TrackRows(const FrameResult& result);
 
 }  // namespace egosieve::tools
 
-#endif  // EGOSIEVE_TOOLS_RECONSTRUCT_FRAME_PRODUCTS_H_
+#endif  // EGOSIEVE_TOOLS_REFINE_FRAME_PRODUCTS_H_

@@ -1,4 +1,4 @@
-#include "tools/reconstruct/reconstruct_command.h"
+#include "tools/refine/refine_command.h"
 
 #include <filesystem>
 #include <map>
@@ -11,7 +11,7 @@
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/run_command.h"
-#include "tools/reconstruct/reconstruct_run.h"
+#include "tools/refine/refine_run.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/map_image.h"
@@ -21,9 +21,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(ReconstructCommand, WritesMapsOfTheFramesSize) {
-  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct");
-  ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(),
+TEST(RefineCommand, WritesMapsOfTheFramesSize) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine");
+  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(),
                               {run.folder.path(), "--what=probability,deviation,class"})
                 .code,
             0);
@@ -39,9 +39,9 @@ TEST(ReconstructCommand, WritesMapsOfTheFramesSize) {
   EXPECT_EQ(classes.at<uint8_t>(32, 33), 255);  // the disc's centre in frame 3
 }
 
-TEST(ReconstructCommand, ListsObjects) {
-  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_objects");
-  ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(), {run.folder.path()}).code, 0);
+TEST(RefineCommand, ListsObjects) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_objects");
+  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path()}).code, 0);
   const auto objects_of = [&](int frame) {
     return nlohmann::json::parse(*ReadFile(run.folder.FrameFile("full", frame, ".objects.json")));
   };
@@ -56,15 +56,14 @@ TEST(ReconstructCommand, ListsObjects) {
   EXPECT_LT(found.area(), 2.0 * disc.area());  // a grid pixel is 5 pixels wide
   EXPECT_GT(objects[0].at("peak_probability"), 0.85);
   EXPECT_GT(objects[0].at("sure"), 0.3);
-  ASSERT_EQ(
-      RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--object_high=0.99"}).code,
-      0);
+  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--object_high=0.99"}).code,
+            0);
   EXPECT_TRUE(objects_of(3).empty());
 }
 
-TEST(ReconstructCommand, WritesMasksNumbersAndTracks) {
-  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_masks");
-  ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(), {run.folder.path()}).code, 0);
+TEST(RefineCommand, WritesMasksNumbersAndTracks) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_masks");
+  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path()}).code, 0);
   const cv::Mat mask = cv::imread(run.folder.FrameFile("masks", 3, ".png"), -1);
   const cv::Mat ids = cv::imread(run.folder.FrameFile("ids", 3, ".png"), -1);
   ASSERT_EQ(mask.type(), CV_8UC1);
@@ -86,10 +85,10 @@ TEST(ReconstructCommand, WritesMasksNumbersAndTracks) {
 }
 
 // Frame 31 is the last one of a chunk; the drive's last frame has none after it.
-TEST(ReconstructCommand, AMoverOfASingleFrameIsNone) {
+TEST(RefineCommand, AMoverOfASingleFrameIsNone) {
   FakeRunOptions options;
   options.frames = 40;
-  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_glimpses", options);
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_glimpses", options);
   const std::vector<FrameLine> lines = *run.folder.ReadLines();
   // Far apart, so that none is taken for an earlier one that is seen again.
   const std::map<int, cv::Rect> glimpses = {
@@ -105,17 +104,17 @@ TEST(ReconstructCommand, AMoverOfASingleFrameIsNone) {
     maps.probability(place) = 0.95F;
     ASSERT_TRUE(run.folder.WriteGridMaps(frame, maps, run.description.deviation_full_scale).ok());
   }
-  ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(), {run.folder.path()}).code, 0);
+  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path()}).code, 0);
   for (const char* product : {"ids", "masks"}) {
     EXPECT_EQ(pixels_of(product, 20), 0) << product;
     EXPECT_EQ(pixels_of(product, 31), 0) << product;
     EXPECT_GT(pixels_of(product, 39), 100) << product;
   }
-  ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--causal"}).code, 0);
+  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--causal"}).code, 0);
   for (const auto& [frame, place] : glimpses) EXPECT_GT(pixels_of("ids", frame), 100) << frame;
 }
 
-// All that reconstruct writes, by name.
+// All that refine writes, by name.
 std::map<std::string, std::string> ProductsOf(const RunFolder& folder) {
   std::map<std::string, std::string> products;
   for (const char* name : {"masks", "ids", "full"}) {
@@ -127,20 +126,20 @@ std::map<std::string, std::string> ProductsOf(const RunFolder& folder) {
   return products;
 }
 
-TEST(ReconstructRun, GoesOnWithTheSameBytes) {
+TEST(RefineRun, GoesOnWithTheSameBytes) {
   FakeRunOptions options;
   options.frames = 40;  // more than a chunk
-  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_resume", options);
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_resume", options);
   const absl::StatusOr<std::shared_ptr<kernels::Context>> context = kernels::OpenContext({});
   ASSERT_TRUE(context.ok()) << context.status();
   const std::vector<FrameLine> lines = *run.folder.ReadLines();
-  ReconstructOptions what;
-  auto whole = ReconstructRun::Open(*context, run.folder, lines, what);
+  RefineOptions what;
+  auto whole = RefineRun::Open(*context, run.folder, lines, what);
   ASSERT_TRUE(whole.ok()) << whole.status();
   ASSERT_TRUE((*whole)->Run([] { return true; }).ok());
   const std::map<std::string, std::string> expected = ProductsOf(run.folder);
 
-  auto cut_short = ReconstructRun::Open(*context, run.folder, lines, what);
+  auto cut_short = RefineRun::Open(*context, run.folder, lines, what);
   ASSERT_TRUE(cut_short.ok()) << cut_short.status();
   EXPECT_EQ((*cut_short)->Run([] { return false; }).code(), absl::StatusCode::kCancelled);
   EXPECT_NE(ProductsOf(run.folder).at("tracks"), expected.at("tracks"));
@@ -148,57 +147,76 @@ TEST(ReconstructRun, GoesOnWithTheSameBytes) {
     std::filesystem::remove(run.folder.FrameFile("masks", i, ".png"));
   }
   what.resume = true;
-  auto rest = ReconstructRun::Open(*context, run.folder, lines, what);
+  auto rest = RefineRun::Open(*context, run.folder, lines, what);
   ASSERT_TRUE(rest.ok()) << rest.status();
   EXPECT_EQ((*rest)->frames_done_before(), 32);
   ASSERT_TRUE((*rest)->Run([] { return true; }).ok());
   EXPECT_EQ(ProductsOf(run.folder), expected);
 
   what.mask.low = 0.4;
-  const auto other = ReconstructRun::Open(*context, run.folder, lines, what);
-  EXPECT_EQ(other.status().code(), absl::StatusCode::kFailedPrecondition);
+  const auto other = RefineRun::Open(*context, run.folder, lines, what);
+  ASSERT_TRUE(other.ok()) << other.status();
+  EXPECT_EQ((*other)->frames_done_before(), 0);
 }
 
-TEST(ReconstructCommand, SaysWhatIsWrongWithTheInput) {
-  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_input");
+TEST(RefineCommand, SaysWhatIsWrongWithTheInput) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_input");
   {
     const absl::StatusOr<FolderLock> lock = FolderLock::Take(run.folder.path());
     ASSERT_TRUE(lock.ok());
-    const CommandOutcome second = RunCommandForTest(MakeReconstructCommand(), {run.folder.path()});
+    const CommandOutcome second = RunCommandForTest(MakeRefineCommand(), {run.folder.path()});
     EXPECT_EQ(second.code, 2);
     EXPECT_THAT(second.err, HasSubstr("another program is writing into"));
   }
-  const std::string moved = testing::TempDir() + "/reconstruct_moved";
+  const std::string moved = testing::TempDir() + "/refine_moved";
   std::filesystem::remove_all(moved);
   std::filesystem::rename(run.frames, moved);
-  const CommandOutcome gone = RunCommandForTest(MakeReconstructCommand(), {run.folder.path()});
+  const CommandOutcome gone = RunCommandForTest(MakeRefineCommand(), {run.folder.path()});
   EXPECT_EQ(gone.code, 3);
   EXPECT_THAT(gone.err, HasSubstr("--input="));
   EXPECT_FALSE(std::filesystem::exists(run.folder.File("masks")));
-  EXPECT_EQ(
-      RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--input=" + moved}).code, 0);
+  EXPECT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--input=" + moved}).code,
+            0);
   cv::imwrite(moved + "/000004.png", cv::Mat3b(32, 48));
   const CommandOutcome resized =
-      RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--input=" + moved});
+      RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--input=" + moved});
   EXPECT_EQ(resized.code, 3);
   EXPECT_THAT(resized.err, HasSubstr("is not what was segmented"));
 }
 
-TEST(ReconstructCommand, SaysWhatIsWrong) {
-  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_bad");
+TEST(RefineCommand, SaysWhatIsWrong) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_bad");
   const CommandOutcome swapped = RunCommandForTest(
-      MakeReconstructCommand(), {run.folder.path(), "--static_below=0.8", "--dynamic_above=0.2"});
+      MakeRefineCommand(), {run.folder.path(), "--static_below=0.8", "--dynamic_above=0.2"});
   EXPECT_EQ(swapped.code, 2);
   EXPECT_THAT(swapped.err, HasSubstr("--static_below=0.8"));
   const CommandOutcome low_above_high =
-      RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--object_low=0.9"});
+      RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--object_low=0.9"});
   EXPECT_EQ(low_above_high.code, 2);
   EXPECT_THAT(low_above_high.err, HasSubstr("--object_low=0.9"));
-  EXPECT_EQ(RunCommandForTest(MakeReconstructCommand(), {"/nowhere"}).code, 3);
+  EXPECT_EQ(RunCommandForTest(MakeRefineCommand(), {"/nowhere"}).code, 3);
   std::filesystem::remove(run.folder.FrameFile("grid", 2, ".prob.png"));
-  const CommandOutcome missing = RunCommandForTest(MakeReconstructCommand(), {run.folder.path()});
+  const CommandOutcome missing = RunCommandForTest(MakeRefineCommand(), {run.folder.path()});
   EXPECT_EQ(missing.code, 3);
   EXPECT_THAT(missing.err, HasSubstr("the map of frame 2 in"));
+}
+
+TEST(RefineCommand, ResumesAnewWhereTheFormerOneHadOtherOptions) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_anew");
+  const auto refine = [&](const std::string& high) {
+    return RunCommandForTest(MakeRefineCommand(),
+                             {run.folder.path(), "--mask_high=" + high, "--resume"});
+  };
+  const auto moving = [&] {
+    return cv::countNonZero(cv::imread(run.folder.FrameFile("masks", 3, ".png"), -1));
+  };
+  ASSERT_EQ(refine("0.7").code, 0);
+  const int before = moving();
+  EXPECT_GT(before, 0);
+  ASSERT_EQ(refine("0.999").code, 0);
+  EXPECT_EQ(moving(), 0);
+  ASSERT_EQ(refine("0.7").code, 0);
+  EXPECT_EQ(moving(), before);
 }
 
 }  // namespace

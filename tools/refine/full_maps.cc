@@ -1,4 +1,4 @@
-#include "tools/reconstruct/full_maps.h"
+#include "tools/refine/full_maps.h"
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/matrix_view.h"

@@ -1,4 +1,4 @@
-#include "tools/reconstruct/frame_products.h"
+#include "tools/refine/frame_products.h"
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
-// The flags of `reconstruct`: which frames of a run are reconstructed, how, and what is written.
-#ifndef EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_FLAGS_H_
-#define EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_FLAGS_H_
+// The flags of `refine`: which frames of a run are refined, how, and what is written.
+#ifndef EGOSIEVE_TOOLS_REFINE_REFINE_FLAGS_H_
+#define EGOSIEVE_TOOLS_REFINE_REFINE_FLAGS_H_
 
 #include <string>
 
@@ -10,7 +10,7 @@
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
 #include "tools/cli/threads_flag.h"
-#include "tools/reconstruct/reconstruct_run.h"
+#include "tools/refine/refine_run.h"
 
 namespace CLI {
 class App;
@@ -18,10 +18,10 @@ class App;
 
 namespace egosieve::tools {
 
-struct ReconstructFlags {
+struct RefineFlags {
   std::string directory;
   std::string what = ProductChoice().ToText();
-  ReconstructOptions options;  // but its `what`
+  RefineOptions options;  // but its `what`
   FrameRange range;
   ThreadsFlag threads;
   DeviceFlag device;
@@ -30,9 +30,9 @@ struct ReconstructFlags {
 
   void AddFlags(CLI::App& app);
   // The options with `what`. InvalidArgument for values out of range.
-  absl::StatusOr<ReconstructOptions> MakeOptions() const;
+  absl::StatusOr<RefineOptions> MakeOptions() const;
 };
 
 }  // namespace egosieve::tools
 
-#endif  // EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_FLAGS_H_
+#endif  // EGOSIEVE_TOOLS_REFINE_REFINE_FLAGS_H_

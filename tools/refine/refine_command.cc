@@ -1,0 +1,72 @@
+#include "tools/refine/refine_command.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/progress.h"
+#include "tools/cli/warning.h"
+#include "tools/refine/refine_flags.h"
+#include "tools/refine/refine_run.h"
+#include "tools/run_folder/chosen_lines.h"
+#include "tools/run_folder/folder_lock.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+class RefineCommand : public Command {
+ public:
+  std::string name() const override { return "refine"; }
+  std::string summary() const override {
+    return "Turns a run's maps into masks that follow the picture's edges, numbered movers and "
+           "tracks; formerly reconstruct, a name that still works.";
+  }
+  std::string example() const override {
+    return "egosieve refine out/drive\n"
+           "egosieve refine out/drive --what=masks,probability --resume";
+  }
+
+  void AddFlags(CLI::App& app) override { flags_.AddFlags(app); }
+
+  absl::StatusOr<ExitCode> Run() override { return RunRefine(flags_); }
+
+ private:
+  RefineFlags flags_;
+};
+
+}  // namespace
+
+absl::StatusOr<ExitCode> RunRefine(const RefineFlags& flags) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const RefineOptions options, flags.MakeOptions());
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(flags.directory));
+  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folder.path()));
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, flags.range));
+  EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
+  flags.threads.Apply();
+  EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, flags.device.Open());
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto run,
+                            RefineRun::Open(device.context, folder, lines, options));
+  Progress progress("refine", flags.progress, run->frames() - run->frames_done_before());
+  EGOSIEVE_RETURN_IF_ERROR(run->Run([&] { return progress.AdvanceUninterrupted(); }));
+  progress.Finish();
+  flags.result.Tell("refine", {{"run", folder.path()}, {"frames", run->frames()}},
+                    absl::StrFormat("%d frames refined in %s\n", run->frames(), folder.path()));
+  Warn(DescribeMissingMaps(folder, lines));
+  const auto unreadable = std::count_if(lines.begin(), lines.end(), [](const FrameLine& line) {
+    return line.outcome == FrameLine::Outcome::kFailed;
+  });
+  if (unreadable > 0) {
+    Warn(absl::StrCat(unreadable, " frames could not be read and have no mask"));
+  }
+  return unreadable > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
+}
+
+std::unique_ptr<Command> MakeRefineCommand() { return std::make_unique<RefineCommand>(); }
+
+}  // namespace egosieve::tools
