@@ -27,45 +27,59 @@ absl::StatusOr<InputArray> TargetsOf(const egosieve_const_array* y, int64_t coun
   return targets;
 }
 
+// The caller's points in float64, packed.
+struct GivenPoints {
+  std::vector<double> x, y, v;  // v: of the rows, empty where not given
+  int64_t rows = 0, outputs = 0;
+
+  static absl::StatusOr<GivenPoints> Read(const LearningModel& model,
+                                          const egosieve_const_array* x,
+                                          const egosieve_const_array* y, const char* v_name,
+                                          const egosieve_const_array* v) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray inputs, InputArray::Matrix("x", x));
+    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, TargetsOf(y, inputs.rows()));
+    if (inputs.columns() != model.dimension()) {
+      return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
+                                                        inputs.columns(), model.dimension()));
+    }
+    if (targets.rows() != inputs.rows()) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("y: %d values; x has %d rows", targets.rows(), inputs.rows()));
+    }
+    if (targets.rows() > 0 && targets.columns() < 1) {
+      return absl::InvalidArgumentError("y: no columns");
+    }
+    // Queries are float32, so a point beyond its range could never be queried.
+    EGOSIEVE_RETURN_IF_ERROR(inputs.CheckFinite<float>());
+    EGOSIEVE_RETURN_IF_ERROR(targets.CheckFinite<double>());
+    GivenPoints points{inputs.Values(), targets.Values(), {}, inputs.rows(), targets.columns()};
+    if (v == nullptr) return points;
+    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray values, InputArray::Vector(v_name, v));
+    if (values.rows() != inputs.rows()) {
+      return absl::InvalidArgumentError(absl::StrFormat("%s: %d values; x has %d rows", v_name,
+                                                        values.rows(), inputs.rows()));
+    }
+    points.v = values.Values();
+    for (size_t i = 0; i < points.v.size(); ++i) {
+      if (!(points.v[i] >= 0.0 && std::isfinite(points.v[i]))) {
+        return absl::InvalidArgumentError(absl::StrFormat(
+            "%s(%d) = %g; it must be finite and not negative", v_name, i, points.v[i]));
+      }
+    }
+    return points;
+  }
+  kernels::ConstMatrixView<double> inputs(const LearningModel& model) const {
+    return {x.data(), rows, model.dimension()};
+  }
+};
+
 // v null: the points have no noise of their own.
 absl::Status ConditionOn(LearningModel& model, const egosieve_const_array* x,
                          const egosieve_const_array* y, const egosieve_const_array* v) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray inputs, InputArray::Matrix("x", x));
-  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, TargetsOf(y, inputs.rows()));
-  if (inputs.columns() != model.dimension()) {
-    return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
-                                                      inputs.columns(), model.dimension()));
-  }
-  if (targets.rows() != inputs.rows()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("y: %d values; x has %d rows", targets.rows(), inputs.rows()));
-  }
-  if (targets.rows() > 0 && targets.columns() < 1) {
-    return absl::InvalidArgumentError("y: no columns");
-  }
-  // Queries are float32, so a point beyond its range could never be queried.
-  EGOSIEVE_RETURN_IF_ERROR(inputs.CheckFinite<float>());
-  EGOSIEVE_RETURN_IF_ERROR(targets.CheckFinite<double>());
-  std::vector<double> noise;
-  if (v != nullptr) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray variances, InputArray::Vector("v", v));
-    if (variances.rows() != inputs.rows()) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("v: %d values; x has %d rows", variances.rows(), inputs.rows()));
-    }
-    noise = variances.Values();
-    for (size_t i = 0; i < noise.size(); ++i) {
-      if (!(noise[i] >= 0.0 && std::isfinite(noise[i]))) {
-        return absl::InvalidArgumentError(
-            absl::StrFormat("v(%d) = %g; it must be finite and not negative", i, noise[i]));
-      }
-    }
-  }
-  if (inputs.rows() == 0) return absl::OkStatus();
-  const std::vector<double> points = inputs.Values(), values = targets.Values();
-  return model.Condition({{points.data(), inputs.rows(), inputs.columns()},
-                          {values.data(), targets.rows(), targets.columns()},
-                          noise});
+  EGOSIEVE_ASSIGN_OR_RETURN(const GivenPoints points, GivenPoints::Read(model, x, y, "v", v));
+  if (points.rows == 0) return absl::OkStatus();
+  return model.Condition(
+      {points.inputs(model), {points.y.data(), points.rows, points.outputs}, points.v});
 }
 
 gp::PointSet PointsOf(const LearningModel& model) {
@@ -96,8 +110,10 @@ absl::Status CopyPoints(const LearningModel& model, const egosieve_array* x,
   return absl::OkStatus();
 }
 
-absl::Status Optimize(LearningModel& model, const egosieve_optimize_options* options,
-                      egosieve_optimize_result* result) {
+// Runs `search` with the options, null where the caller's are, and gives the caller its result.
+template <typename Search>
+absl::Status OptimizeBy(const LearningModel& model, const egosieve_optimize_options* options,
+                        egosieve_optimize_result* result, const Search& run) {
   egosieve_optimize_options wishes;
   egosieve_optimize_options_init(&wishes);
   if (options != nullptr) EGOSIEVE_RETURN_IF_ERROR(ReadStruct("options", options, wishes));
@@ -127,7 +143,7 @@ absl::Status Optimize(LearningModel& model, const egosieve_optimize_options* opt
     return absl::InvalidArgumentError(absl::StrFormat(
         "result.on_bound_count = %d; there are %d hyperparameters", values.on_bound_count, count));
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(const SearchResult found, model.Optimize(search));
+  EGOSIEVE_ASSIGN_OR_RETURN(const SearchResult found, run(search));
   if (result == nullptr) return absl::OkStatus();
   values.log_likelihood_at_start = found.log_likelihood_at_start;
   values.log_likelihood = found.log_likelihood;
@@ -140,6 +156,22 @@ absl::Status Optimize(LearningModel& model, const egosieve_optimize_options* opt
   }
   WriteStruct(values, result);
   return absl::OkStatus();
+}
+
+absl::Status Classify(LearningModel& model, const egosieve_const_array* x,
+                      const egosieve_const_array* y, const egosieve_const_array* weights,
+                      const egosieve_optimize_options* options, egosieve_optimize_result* result) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const GivenPoints points,
+                            GivenPoints::Read(model, x, y, "weights", weights));
+  if (points.outputs != 1 || points.rows == 0) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("y: %d x %d; labels are one column of at least one row", points.rows,
+                        points.outputs));
+  }
+  return OptimizeBy(model, options, result, [&](const SearchOptions& search) {
+    return model.Classify({points.inputs(model), points.y, points.v},
+                          options == nullptr ? nullptr : &search);
+  });
 }
 
 egosieve_gp_info InfoOf(const LearningModel::Description& description) {
@@ -334,7 +366,19 @@ egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, const double* s
 egosieve_status egosieve_gp_optimize(egosieve_gp* gp, const egosieve_optimize_options* options,
                                      egosieve_optimize_result* result) {
   return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::Optimize(model, options, result);
+    return egosieve::embed::OptimizeBy(
+        model, options, result,
+        [&](const egosieve::embed::SearchOptions& search) { return model.Optimize(search); });
+  });
+}
+
+egosieve_status egosieve_gp_classify(egosieve_gp* gp, const egosieve_const_array* x,
+                                     const egosieve_const_array* y,
+                                     const egosieve_const_array* weights,
+                                     const egosieve_optimize_options* options,
+                                     egosieve_optimize_result* result) {
+  return WithModel(__func__, gp, [&](LearningModel& model) {
+    return egosieve::embed::Classify(model, x, y, weights, options, result);
   });
 }
 

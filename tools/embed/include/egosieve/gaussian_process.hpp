@@ -186,36 +186,24 @@ class GaussianProcess {
   }
   /** Maximises the log marginal likelihood over the hyperparameters. */
   Result<OptimizeResult> Optimize(const OptimizeOptions& options = {}) {
-    const Result<GaussianProcessInfo> info = Describe();
-    if (!info.ok()) return info.status();
-    std::vector<int32_t> on_bound(info.value().scales.size() + 2);
-    egosieve_optimize_options c;
-    egosieve_optimize_result result;
-    egosieve_optimize_options_init(&c);
-    egosieve_optimize_result_init(&result);
-    result.on_bound = on_bound.data();
-    result.on_bound_count = static_cast<int64_t>(on_bound.size());
-    if (!options.lower.empty() && !options.upper.empty() &&
-        options.lower.size() != options.upper.size()) {
-      return Status(Code::kInvalidArgument, "lower and upper differ in size");
-    }
-    c.lower_bounds = options.lower.empty() ? nullptr : options.lower.data();
-    c.upper_bounds = options.upper.empty() ? nullptr : options.upper.data();
-    c.bound_count = static_cast<int64_t>(std::max(options.lower.size(), options.upper.size()));
-    c.subset_size = options.subset_size;
-    c.restarts = options.restarts;
-    c.gradient_steps = options.gradient_steps;
-    c.tolerance = options.tolerance;
-    c.seed = options.seed;
-    Status status = Status::FromC(egosieve_gp_optimize(handle_, &c, &result));
-    if (!status.ok()) return status;
-    return OptimizeResult{result.log_likelihood_at_start,
-                          result.log_likelihood,
-                          result.evaluations,
-                          result.points,
-                          result.converged != 0,
-                          result.gradient_norm,
-                          on_bound};
+    return Search(&options, [this](const egosieve_optimize_options* c,
+                                   egosieve_optimize_result* result) {
+      return egosieve_gp_optimize(handle_, c, result);
+    });
+  }
+  /**
+   * Classification by Laplace's approximation, see egosieve_gp_classify(): y holds N labels -1 or
+   * 1, a default weights counts each row once; options null: the hyperparameters stay.
+   */
+  Result<OptimizeResult> Classify(const ConstArray& x, const ConstArray& y,
+                                  const ConstArray& weights = {},
+                                  const OptimizeOptions* options = nullptr) {
+    return Search(options, [&](const egosieve_optimize_options* c,
+                               egosieve_optimize_result* result) {
+      return egosieve_gp_classify(handle_, x.c(), y.c(),
+                                  weights.c()->data == nullptr ? nullptr : weights.c(),
+                                  options == nullptr ? nullptr : c, result);
+    });
   }
   /** Fits the probabilities by leave-one-out likelihood; every y must be a label. */
   Status Calibrate() { return Status::FromC(egosieve_gp_calibrate(handle_)); }
@@ -372,6 +360,42 @@ class GaussianProcess {
   egosieve_gp* handle() const { return handle_; }
 
  private:
+  // Calls `run` with the options, null for the defaults, and gives its result.
+  template <typename Run>
+  Result<OptimizeResult> Search(const OptimizeOptions* given, const Run& run) {
+    const OptimizeOptions options = given == nullptr ? OptimizeOptions{} : *given;
+    const Result<GaussianProcessInfo> info = Describe();
+    if (!info.ok()) return info.status();
+    std::vector<int32_t> on_bound(info.value().scales.size() + 2);
+    egosieve_optimize_options c;
+    egosieve_optimize_result result;
+    egosieve_optimize_options_init(&c);
+    egosieve_optimize_result_init(&result);
+    result.on_bound = on_bound.data();
+    result.on_bound_count = static_cast<int64_t>(on_bound.size());
+    if (!options.lower.empty() && !options.upper.empty() &&
+        options.lower.size() != options.upper.size()) {
+      return Status(Code::kInvalidArgument, "lower and upper differ in size");
+    }
+    c.lower_bounds = options.lower.empty() ? nullptr : options.lower.data();
+    c.upper_bounds = options.upper.empty() ? nullptr : options.upper.data();
+    c.bound_count = static_cast<int64_t>(std::max(options.lower.size(), options.upper.size()));
+    c.subset_size = options.subset_size;
+    c.restarts = options.restarts;
+    c.gradient_steps = options.gradient_steps;
+    c.tolerance = options.tolerance;
+    c.seed = options.seed;
+    Status status = Status::FromC(run(&c, &result));
+    if (!status.ok()) return status;
+    return OptimizeResult{result.log_likelihood_at_start,
+                          result.log_likelihood,
+                          result.evaluations,
+                          result.points,
+                          result.converged != 0,
+                          result.gradient_norm,
+                          on_bound};
+  }
+
   // The handle is passed by reference because the call that gives `code` writes it.
   static Result<GaussianProcess> Own(egosieve_status code, egosieve_gp* const& handle) {
     if (code != EGOSIEVE_OK) return Status::FromC(code);

@@ -32,6 +32,7 @@ _egosieve = _library.Library("egosieve", {
     "egosieve_gp_noise_variances": [c_void_p, _ARRAY],
     "egosieve_gp_log_marginal_likelihood": [c_void_p, POINTER(c_double)],
     "egosieve_gp_optimize": [c_void_p, POINTER(OptimizeOptions), POINTER(OptimizeResult)],
+    "egosieve_gp_classify": [c_void_p, _ARRAY, _ARRAY, _ARRAY, POINTER(OptimizeOptions), POINTER(OptimizeResult)],
     "egosieve_gp_calibrate": [c_void_p],
     "egosieve_gp_predict": [c_void_p, _ARRAY, _PREDICTION],
     "egosieve_gp_predict_grid": [c_void_p, POINTER(Grid), _PREDICTION],
@@ -200,10 +201,20 @@ class Model(_Predictor):
     def remove(self, rows):
         _call("egosieve_gp_remove", self._handle, (c_int64 * len(rows))(*rows), len(rows))
 
-    def optimize(self, bounds, **wishes):
-        """`bounds`: as GaussianProcess takes them."""
+    def optimize(self, **search):
+        return self._optimize("egosieve_gp_optimize", [], search)
+
+    def classify(self, x, labels, weights, search):
+        """`search`: None to keep the hyperparameters."""
+        inputs, targets = input_array("x", x), input_array("y", labels)
+        weights = None if weights is None else byref(input_array("sample_weight", weights))
+        return self._optimize("egosieve_gp_classify", [byref(inputs), byref(targets), weights], search)
+
+    def _optimize(self, function, points, search):
+        """`search`: subset_size, restarts, seed, and bounds as GaussianProcess takes them."""
         now = self.describe()
-        lower, upper = optimization.bounds(bounds, now["scales"], now["signal_stddev"], now["noise_stddev"])
+        search = dict(search or {"bounds": None})
+        lower, upper = optimization.bounds(search.pop("bounds"), now["scales"], now["signal_stddev"], now["noise_stddev"])
         on_bound = (c_int32 * len(lower))()
         result = _egosieve.new(OptimizeResult, "egosieve_optimize_result_init")
         result.on_bound, result.on_bound_count = on_bound, len(lower)
@@ -211,9 +222,9 @@ class Model(_Predictor):
             options = fill(
                 _egosieve.new(OptimizeOptions, "egosieve_optimize_options_init"), lower_bounds=_doubles(lower),
                 upper_bounds=_doubles(upper), bound_count=len(lower),
-                should_stop=_library.SHOULD_STOP(interruption.stops), **wishes,
+                should_stop=_library.SHOULD_STOP(interruption.stops), **search,
             )  # fmt: skip
-            status = _egosieve.status("egosieve_gp_optimize", self._handle, byref(options), byref(result))
+            status = _egosieve.status(function, self._handle, *points, byref(options) if search else None, byref(result))
             if not interruption.stops():
                 _library.check(status)
         account = {name: getattr(result, name) for name, _ in OptimizeResult._fields_[1:-2]}

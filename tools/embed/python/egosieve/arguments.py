@@ -184,6 +184,8 @@ def labels(name, values, count):
     if values is None:
         raise ValueError(f"GaussianProcessClassifier requires {name} to be passed, but the target {name} is None")
     array = np.asarray(values)
+    if array.dtype == object and getattr(getattr(values, "dtype", None), "kind", "O") in "biuf":
+        array = values.to_numpy(dtype=values.dtype.numpy_dtype)  # pandas' nullable numbers and bool
     array = _flat(name, array)
     if array.ndim != 1:
         raise ValueError(f"{name} should be a 1d array, got an array of shape {array.shape} instead.")
