@@ -190,7 +190,7 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   ArrayMap arrays;
   const bool plain = model.points.outputs == 1 && model.points.noise_variances.empty() &&
                      model.hyperparameters.mean == MeanFunction::kZero;
-  arrays["format_version"] = VectorArray<int64_t>({file.is_laplace            ? kModelFormatVersion
+  arrays["format_version"] = VectorArray<int64_t>({file.is_laplace           ? kModelFormatVersion
                                                    : file.sparse.has_value() ? 3
                                                    : plain                   ? 1
                                                                              : 2});

@@ -20,8 +20,8 @@ using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
 constexpr int kMostSteps = 100;
-constexpr double kTolerance = 1e-12;     // of the objective's rise, relative to 1 + |objective|
-constexpr double kLeastBend = 1e-12;     // of W in the equivalent regression
+constexpr double kTolerance = 1e-12;  // of the objective's rise, relative to 1 + |objective|
+constexpr double kLeastBend = 1e-12;  // of W in the equivalent regression
 constexpr double kLargestWeight = 1e6;
 
 // log p(t | f) and its derivatives; `bend` is W, `ratio` W' / W.
@@ -100,8 +100,7 @@ class LaplaceProblem {
     const std::vector<double>& g = at_.slope;
     for (int64_t i = 0; i < n_; ++i) {
       for (int64_t j = 0; j <= i; ++j) {
-        l_.row(i)[j] =
-            g[i] * g[j] - l_.row(i)[j] + (s[i] - r[i]) * g[j] + g[i] * (s[j] - r[j]);
+        l_.row(i)[j] = g[i] * g[j] - l_.row(i)[j] + (s[i] - r[i]) * g[j] + g[i] * (s[j] - r[j]);
       }
     }
     return l_.view();
@@ -165,17 +164,15 @@ class LaplaceProblem {
 absl::Status CheckLabelled(const LabelledInputs& data) {
   const size_t n = static_cast<size_t>(data.inputs.rows);
   if (data.labels.size() != n || (!data.weights.empty() && data.weights.size() != n)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d labels and %d weights for %d points", data.labels.size(),
-                        data.weights.size(), n));
+    return absl::InvalidArgumentError(absl::StrFormat("%d labels and %d weights for %d points",
+                                                      data.labels.size(), data.weights.size(), n));
   }
   for (size_t i = 0; i < n; ++i) {
     if (data.labels[i] != 1.0 && data.labels[i] != -1.0) {
       return absl::InvalidArgumentError(
           absl::StrFormat("label %d is %g; it must be -1 or 1", i, data.labels[i]));
     }
-    if (!data.weights.empty() &&
-        !(data.weights[i] > 0.0 && data.weights[i] <= kLargestWeight)) {
+    if (!data.weights.empty() && !(data.weights[i] > 0.0 && data.weights[i] <= kLargestWeight)) {
       return absl::InvalidArgumentError(absl::StrFormat(
           "weight %d is %g; it must be positive and at most 1e6", i, data.weights[i]));
     }
@@ -191,17 +188,17 @@ absl::StatusOr<LaplaceApproximation> ApproximateByLaplace(
   EGOSIEVE_RETURN_IF_ERROR(CheckLabelled(data));
   const int64_t n = data.inputs.rows;
   AlignedMatrix k(n, n);
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
-      context, covariance, data.inputs, 0.0, kernels::Triangle::kFull, k.view()));
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(context, covariance, data.inputs, 0.0,
+                                                             kernels::Triangle::kFull, k.view()));
   LaplaceProblem problem(data, k.view());
   EGOSIEVE_RETURN_IF_ERROR(problem.FindMode());
   LaplaceApproximation result;
   result.log_likelihood = problem.LogLikelihood();
   problem.MakeRegression(result);
   if (order == LikelihoodOrder::kValue) return result;
-  EGOSIEVE_ASSIGN_OR_RETURN(result.gradient,
-                            kernels::CovarianceGradient(context, covariance, data.inputs,
-                                                        problem.GradientWeights()));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      result.gradient,
+      kernels::CovarianceGradient(context, covariance, data.inputs, problem.GradientWeights()));
   for (double& component : result.gradient) component *= 0.5;
   return result;
 }

@@ -1,9 +1,8 @@
 #include "gp/training/laplace_approximation.h"
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <vector>
-
-#include <Eigen/Dense>
 
 #include "gtest/gtest.h"
 #include "kernels/ops/covariance_matrix.h"
@@ -39,9 +38,9 @@ kernels::CovarianceParameters Parameters() {
   return UnevenHyperparameters(CovarianceFunction::kSquaredExponential, 2).covariance;
 }
 
-absl::StatusOr<LaplaceApproximation> Approximate(
-    const kernels::CovarianceParameters& parameters, const Problem& problem,
-    LikelihoodOrder order = LikelihoodOrder::kValue) {
+absl::StatusOr<LaplaceApproximation> Approximate(const kernels::CovarianceParameters& parameters,
+                                                 const Problem& problem,
+                                                 LikelihoodOrder order = LikelihoodOrder::kValue) {
   return ApproximateByLaplace(*TestContext(), parameters, problem.view(), order);
 }
 
@@ -127,12 +126,10 @@ TEST(LaplaceApproximationTest, HoldsForLargeLatentValues) {
 TEST(LaplaceApproximationTest, RefusesOtherLabelsAndWeights) {
   Problem problem = MakeProblem(10);
   problem.labels[3] = 0.5;
-  EXPECT_EQ(Approximate(Parameters(), problem).status().code(),
-            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Approximate(Parameters(), problem).status().code(), absl::StatusCode::kInvalidArgument);
   problem.labels[3] = 1.0;
   problem.weights[2] = 0.0;
-  EXPECT_EQ(Approximate(Parameters(), problem).status().code(),
-            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Approximate(Parameters(), problem).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 }  // namespace

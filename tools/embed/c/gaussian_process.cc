@@ -32,8 +32,7 @@ struct GivenPoints {
   std::vector<double> x, y, v;  // v: of the rows, empty where not given
   int64_t rows = 0, outputs = 0;
 
-  static absl::StatusOr<GivenPoints> Read(const LearningModel& model,
-                                          const egosieve_const_array* x,
+  static absl::StatusOr<GivenPoints> Read(const LearningModel& model, const egosieve_const_array* x,
                                           const egosieve_const_array* y, const char* v_name,
                                           const egosieve_const_array* v) {
     EGOSIEVE_ASSIGN_OR_RETURN(const InputArray inputs, InputArray::Matrix("x", x));
@@ -56,8 +55,8 @@ struct GivenPoints {
     if (v == nullptr) return points;
     EGOSIEVE_ASSIGN_OR_RETURN(const InputArray values, InputArray::Vector(v_name, v));
     if (values.rows() != inputs.rows()) {
-      return absl::InvalidArgumentError(absl::StrFormat("%s: %d values; x has %d rows", v_name,
-                                                        values.rows(), inputs.rows()));
+      return absl::InvalidArgumentError(
+          absl::StrFormat("%s: %d values; x has %d rows", v_name, values.rows(), inputs.rows()));
     }
     points.v = values.Values();
     for (size_t i = 0; i < points.v.size(); ++i) {
@@ -164,9 +163,8 @@ absl::Status Classify(LearningModel& model, const egosieve_const_array* x,
   EGOSIEVE_ASSIGN_OR_RETURN(const GivenPoints points,
                             GivenPoints::Read(model, x, y, "weights", weights));
   if (points.outputs != 1 || points.rows == 0) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("y: %d x %d; labels are one column of at least one row", points.rows,
-                        points.outputs));
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "y: %d x %d; labels are one column of at least one row", points.rows, points.outputs));
   }
   return OptimizeBy(model, options, result, [&](const SearchOptions& search) {
     return model.Classify({points.inputs(model), points.y, points.v},

@@ -9,6 +9,8 @@
 #include "gp/training/marginal_likelihood.h"
 #include "gp/training/sparse_likelihood.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/ops/covariance_matrix.h"
+#include "kernels/ops/input_gradient.h"
 #include "tools/embed/c/array_access.h"
 #include "tools/embed/c/options.h"
 
@@ -23,11 +25,12 @@ struct Queries {
   int64_t rows = 0;
   int64_t dimension = 0;
 
-  static absl::StatusOr<Queries> Read(const LearningModel& model, const egosieve_const_array* x) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray points, InputArray::Matrix("x", x));
+  static absl::StatusOr<Queries> Read(const LearningModel& model, const egosieve_const_array* x,
+                                      const char* name = "x") {
+    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray points, InputArray::Matrix(name, x));
     if (points.columns() != model.dimension()) {
-      return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
-                                                        points.columns(), model.dimension()));
+      return absl::InvalidArgumentError(absl::StrFormat("%s: %d columns; the model has %d inputs",
+                                                        name, points.columns(), model.dimension()));
     }
     EGOSIEVE_RETURN_IF_ERROR(points.CheckFinite<double>());
     return Queries{points.Values(), points.rows(), points.columns()};
@@ -112,6 +115,39 @@ absl::Status PredictJoint(const LearningModel& model, const egosieve_const_array
     }
     return absl::OkStatus();
   });
+}
+
+absl::Status Covariances(const LearningModel& model, const egosieve_const_array* x,
+                         const egosieve_const_array* z, const egosieve_array* k,
+                         const egosieve_array* by_logarithms, const egosieve_array* by_x) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const Queries left, Queries::Read(model, x));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Queries right,
+                            z == nullptr ? left : Queries::Read(model, z, "z"));
+  const kernels::CovarianceParameters parameters = model.Describe().hyperparameters.covariance;
+  const int64_t logarithms = static_cast<int64_t>(parameters.scales.size()) + 1;
+  const int64_t pairs = left.rows * right.rows;
+  EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray values, OutputOf("k", k, left.rows, right.rows));
+  EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray of_logarithms,
+                            OutputOf("by_logarithms", by_logarithms, pairs, logarithms));
+  EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray of_x,
+                            OutputOf("by_x", by_x, pairs, model.dimension()));
+  const auto room = [&](const OutputArray& output, int64_t columns) {
+    return std::vector<double>(output.wanted() ? pairs * columns : 0);
+  };
+  std::vector<double> block = room(values, 1), logarithm = room(of_logarithms, logarithms),
+                      input = room(of_x, model.dimension());
+  if (values.wanted()) {
+    EGOSIEVE_RETURN_IF_ERROR(
+        kernels::CrossCovariance<double>(*model.context(), parameters, left.view(), right.view(),
+                                         {block.data(), left.rows, right.rows}));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceDerivatives(
+      parameters, left.view(), right.view(), {logarithm.data(), pairs, logarithms},
+      {input.data(), pairs, model.dimension()}));
+  WriteWanted(block, values);
+  WriteWanted(logarithm, of_logarithms);
+  WriteWanted(input, of_x);
+  return absl::OkStatus();
 }
 
 absl::Status DrawSamples(const LearningModel& model, const egosieve_const_array* x, uint64_t seed,

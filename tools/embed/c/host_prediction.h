@@ -16,6 +16,9 @@ namespace egosieve::embed {
 absl::Status PredictJoint(const LearningModel& model, const egosieve_const_array* x,
                           bool of_observation, const egosieve_array* mean,
                           const egosieve_array* covariance);
+absl::Status Covariances(const LearningModel& model, const egosieve_const_array* x,
+                         const egosieve_const_array* z, const egosieve_array* k,
+                         const egosieve_array* by_logarithms, const egosieve_array* by_x);
 absl::Status DrawSamples(const LearningModel& model, const egosieve_const_array* x, uint64_t seed,
                          bool of_observation, const egosieve_array* samples, double* jitter);
 absl::Status PredictGradients(const LearningModel& model, const egosieve_const_array* x,

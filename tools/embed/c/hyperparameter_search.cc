@@ -225,8 +225,8 @@ Ranges RangesOf(const gp::Hyperparameters& kind, const gp::Observations& data, b
   };
   std::vector<double> spreads;
   for (int64_t d = 0; d < inputs.cols; ++d) {
-    spreads.push_back(SpreadOf(
-        inputs, d, of_classes ? data.noise_variances : absl::Span<const double>()));
+    spreads.push_back(
+        SpreadOf(inputs, d, of_classes ? data.noise_variances : absl::Span<const double>()));
   }
   const double root = std::sqrt(static_cast<double>(inputs.cols));  // distances grow with it
   const double largest = *std::max_element(spreads.begin(), spreads.end());

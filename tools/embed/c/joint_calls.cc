@@ -15,6 +15,15 @@ egosieve_status egosieve_gp_predict_joint(egosieve_gp* gp, const egosieve_const_
   });
 }
 
+egosieve_status egosieve_gp_covariances(egosieve_gp* gp, const egosieve_const_array* x,
+                                        const egosieve_const_array* z, const egosieve_array* k,
+                                        const egosieve_array* by_logarithms,
+                                        const egosieve_array* by_x) {
+  return WithModel(__func__, gp, [&](LearningModel& model) {
+    return egosieve::embed::Covariances(model, x, z, k, by_logarithms, by_x);
+  });
+}
+
 egosieve_status egosieve_gp_sample(egosieve_gp* gp, const egosieve_const_array* x, uint64_t seed,
                                    int32_t of_observation, const egosieve_array* samples,
                                    double* jitter) {

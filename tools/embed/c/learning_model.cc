@@ -101,7 +101,8 @@ absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::FromFile(
   model->squash_ = file.squash;
   const gp::SquashParameters uncalibrated;
   model->is_laplace_ = file.is_laplace;
-  model->calibrated_ = file.is_laplace || file.squash.a != uncalibrated.a || file.squash.b != uncalibrated.b;
+  model->calibrated_ =
+      file.is_laplace || file.squash.a != uncalibrated.a || file.squash.b != uncalibrated.b;
   model->is_renewed_ = true;
   model->annotation_ = std::move(file.annotations);
   return model;
@@ -192,15 +193,13 @@ absl::StatusOr<SearchResult> LearningModel::Classify(const gp::LabelledInputs& d
     for (auto* bounds : {&options.lower, &options.upper}) {
       if (!bounds->empty()) bounds->back() = kLaplaceNoise;
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(result,
-                              SearchHyperparameters(*context_, result.hyperparameters,
-                                                    {data.inputs, data.labels, data.weights},
-                                                    options));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        result, SearchHyperparameters(*context_, result.hyperparameters,
+                                      {data.inputs, data.labels, data.weights}, options));
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      gp::LaplaceApproximation laplace,
-      gp::ApproximateByLaplace(*context_, result.hyperparameters.covariance, data,
-                               gp::LikelihoodOrder::kValue));
+  EGOSIEVE_ASSIGN_OR_RETURN(gp::LaplaceApproximation laplace,
+                            gp::ApproximateByLaplace(*context_, result.hyperparameters.covariance,
+                                                     data, gp::LikelihoodOrder::kValue));
   if (search == nullptr) {
     result.log_likelihood_at_start = result.log_likelihood = laplace.log_likelihood;
     result.points = data.inputs.rows;
@@ -274,9 +273,14 @@ absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
 LearningModel::Description LearningModel::Describe() const {
   std::lock_guard lock(mutex_);
   const auto describe = [&](const auto& model) {
-    return Description{
-        model.hyperparameters(), squash_,         model.size(),           model.jitter(),
-        CheckLabels(model, is_laplace_).ok(), model.outputs(), SparseOptionsOf(model), InducingSize(model)};
+    return Description{model.hyperparameters(),
+                       squash_,
+                       model.size(),
+                       model.jitter(),
+                       CheckLabels(model, is_laplace_).ok(),
+                       model.outputs(),
+                       SparseOptionsOf(model),
+                       InducingSize(model)};
   };
   return std::visit(describe, model_);
 }

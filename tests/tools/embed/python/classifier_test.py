@@ -92,6 +92,24 @@ class WithTheTools(unittest.TestCase):
         search = GridSearchCV(nested, {"kernel__k2__length_scale": [0.01, 1.0]}, cv=3).fit(X, y)
         self.assertEqual(search.best_params_["kernel__k2__length_scale"], 1.0)
 
+    def test_of_pandas(self):
+        try:
+            import pandas
+        except ImportError:
+            self.skipTest("pandas is not installed")
+        X, y = data()
+        frame = pandas.DataFrame({"a": pandas.array(X[:, 0], dtype="Float64"), "b": X[:, 1] > 0, "c": X[:, 1]})
+        plain = np.column_stack([X[:, 0], X[:, 1] > 0, X[:, 1]])
+        expected = egosieve.GaussianProcessClassifier().fit(plain, y).predict_proba(plain)
+        for labels in (pandas.Series(y, dtype="Int64"), pandas.Series(y == 1, dtype="boolean")):
+            classifier = egosieve.GaussianProcessClassifier().fit(frame, labels)
+            np.testing.assert_array_equal(classifier.predict_proba(frame), expected)
+            self.assertEqual(classifier.classes_.dtype, labels.dtype.numpy_dtype)
+        with self.assertRaisesRegex(ValueError, "same order"):
+            classifier.predict(frame[["b", "a", "c"]])
+        with self.assertRaises(ValueError):
+            classifier.fit(frame, pandas.Series([None, *y[1:]], dtype="Int64"))
+
     def test_several_classes(self):
         X, _ = data(150)
         y = np.digitize(X[:, 0], [-0.5, 0.5])

@@ -186,10 +186,10 @@ class GaussianProcess {
   }
   /** Maximises the log marginal likelihood over the hyperparameters. */
   Result<OptimizeResult> Optimize(const OptimizeOptions& options = {}) {
-    return Search(&options, [this](const egosieve_optimize_options* c,
-                                   egosieve_optimize_result* result) {
-      return egosieve_gp_optimize(handle_, c, result);
-    });
+    return Search(&options,
+                  [this](const egosieve_optimize_options* c, egosieve_optimize_result* result) {
+                    return egosieve_gp_optimize(handle_, c, result);
+                  });
   }
   /**
    * Classification by Laplace's approximation, see egosieve_gp_classify(): y holds N labels -1 or
@@ -198,12 +198,12 @@ class GaussianProcess {
   Result<OptimizeResult> Classify(const ConstArray& x, const ConstArray& y,
                                   const ConstArray& weights = {},
                                   const OptimizeOptions* options = nullptr) {
-    return Search(options, [&](const egosieve_optimize_options* c,
-                               egosieve_optimize_result* result) {
-      return egosieve_gp_classify(handle_, x.c(), y.c(),
-                                  weights.c()->data == nullptr ? nullptr : weights.c(),
-                                  options == nullptr ? nullptr : c, result);
-    });
+    return Search(
+        options, [&](const egosieve_optimize_options* c, egosieve_optimize_result* result) {
+          return egosieve_gp_classify(handle_, x.c(), y.c(),
+                                      weights.c()->data == nullptr ? nullptr : weights.c(),
+                                      options == nullptr ? nullptr : c, result);
+        });
   }
   /** Fits the probabilities by leave-one-out likelihood; every y must be a label. */
   Status Calibrate() { return Status::FromC(egosieve_gp_calibrate(handle_)); }
@@ -283,6 +283,16 @@ class GaussianProcess {
                       bool of_observation = false) const {
     return Status::FromC(
         egosieve_gp_predict_joint(handle_, x.c(), of_observation, &mean.c(), &covariance.c()));
+  }
+  /**
+   * k(x_i, z_j), N x M, at the model's hyperparameters, and its derivatives, see
+   * egosieve_gp_covariances(); a default z is x, and a default Array is not wanted.
+   */
+  Status Covariances(const ConstArray& x, const ConstArray& z, const Array& k,
+                     const Array& by_logarithms = {}, const Array& by_x = {}) const {
+    return Status::FromC(egosieve_gp_covariances(handle_, x.c(),
+                                                 z.c()->data == nullptr ? nullptr : z.c(), &k.c(),
+                                                 &by_logarithms.c(), &by_x.c()));
   }
   /** Samples, (M k) x S, from the joint distribution at M x D points. The value: the jitter. */
   Result<double> Sample(const ConstArray& x, uint64_t seed, const Array& samples,

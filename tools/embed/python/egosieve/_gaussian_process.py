@@ -54,6 +54,7 @@ _egosieve = _library.Library("egosieve", {
     "egosieve_gp_serialize": _BYTES,
     "egosieve_gp_deserialize": [c_void_p, c_int64, c_char_p, POINTER(c_void_p)],
     "egosieve_gp_predict_joint": [c_void_p, _ARRAY, c_int32, _ARRAY, _ARRAY],
+    "egosieve_gp_covariances": [c_void_p, *5 * [_ARRAY]],
     "egosieve_gp_sample": [c_void_p, _ARRAY, c_uint64, c_int32, _ARRAY, POINTER(c_double)],
     "egosieve_gp_gradients": [c_void_p, _ARRAY, _ARRAY, _ARRAY],
     "egosieve_gp_leave_one_out": [c_void_p, _ARRAY, _ARRAY, _ARRAY],
@@ -267,6 +268,11 @@ class Model(_Predictor):
     def predict_joint(self, x, mean, covariance, of_observation):
         points, means, joint = input_array("x", x), output_array("mean", mean), output_array("covariance", covariance)
         _call("egosieve_gp_predict_joint", self._handle, byref(points), of_observation, byref(means), byref(joint))
+
+    def covariances(self, x, z, k, by_logarithms, by_x):
+        points, others = input_array("x", x), None if z is None else byref(input_array("z", z))
+        results = output_array("k", k), output_array("by_logarithms", by_logarithms), output_array("by_x", by_x)
+        _call("egosieve_gp_covariances", self._handle, byref(points), others, *map(byref, results))
 
     def sample(self, x, seed, samples, of_observation):
         points, out, jitter = input_array("x", x), output_array("samples", samples), c_double()

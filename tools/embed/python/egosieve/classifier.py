@@ -67,12 +67,13 @@ class GaussianProcessClassifier(Classifier):
         y = arguments.labels("y", y, len(X))
         weights = None if sample_weight is None else arguments.variances("sample_weight", sample_weight, len(X))
         if sample_weight is not None:
-            used = np.zeros(len(X), dtype=bool) if weights is None else weights > 0.0
-            X, y, weights = X[used], y[used], None if weights is None else weights[used]
+            if weights is None:
+                raise ValueError("every sample_weight is zero: at least two classes need a row")
+            used = weights > 0.0
+            X, y, weights = X[used], y[used], weights[used]
         classes, members = np.unique(y, return_inverse=True)
         if len(classes) < 2:
-            said = f"{len(classes)} class" + (f", {classes[0]!r}" if len(classes) else "es")
-            raise ValueError(f"y holds {said}; the classifier needs at least two")
+            raise ValueError(f"y holds {len(classes)} class, {classes[0]!r}; the classifier needs at least two")
         if self.likelihood not in ("laplace", "least_squares"):
             raise ValueError(f"likelihood = {self.likelihood!r}; it must be 'laplace' or 'least_squares'")
         laplace = self.likelihood == "laplace"

@@ -47,6 +47,8 @@ except ImportError:
 class Estimator(BaseEstimator):
     """`_is_fitted` tells whether fit was called."""
 
+    _several_targets = False
+
     def __sklearn_is_fitted__(self):
         return self._is_fitted()
 
@@ -58,7 +60,14 @@ class Estimator(BaseEstimator):
 
     def _more_tags(self):
         """What scikit-learn's check_estimator should know, before version 1.6."""
-        return {"requires_y": True, "preserves_dtype": [np.float64, np.float32]}
+        types = [np.float64, np.float32]
+        return {"requires_y": True, "multioutput": self._several_targets, "preserves_dtype": types}
+
+    def __sklearn_tags__(self):
+        """The same since version 1.6."""
+        tags = super().__sklearn_tags__()
+        tags.target_tags.required, tags.target_tags.multi_output = True, self._several_targets
+        return tags
 
 
 class Classifier(ClassifierMixin, Estimator):
@@ -66,11 +75,4 @@ class Classifier(ClassifierMixin, Estimator):
 
 
 class Regressor(RegressorMixin, Estimator):
-    def _more_tags(self):
-        return {**super()._more_tags(), "multioutput": True}
-
-    def __sklearn_tags__(self):
-        """The same for scikit-learn 1.6 and later."""
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
+    _several_targets = True
