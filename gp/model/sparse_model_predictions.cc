@@ -9,8 +9,6 @@
 #include "gp/linalg/cholesky.h"
 #include "gp/model/sparse_model.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/ops/covariance_matrix.h"
-#include "kernels/ops/input_gradient.h"
 
 namespace egosieve::gp {
 namespace {
@@ -72,97 +70,6 @@ absl::StatusOr<Prediction> SparseModel::Predict(ConstMatrixView<double> points,
     }
   }
   return prediction;
-}
-
-absl::StatusOr<JointPrediction> SparseModel::PredictJoint(ConstMatrixView<double> points) const {
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, input_dimension()));
-  const int64_t m = inducing_size();
-  const bool degenerate = IsDegenerate();
-  AlignedMatrix v(points.rows, m);
-  std::vector<double> unused;
-  EGOSIEVE_RETURN_IF_ERROR(
-      ProjectPoints(*context_, options_, hyperparameters_, solution_, points, {}, v, unused));
-  JointPrediction joint;
-  for (int64_t i = 0; i < points.rows; ++i) {
-    joint.mean.push_back(Dot(v.row(i), solution_.weights.data(), m));
-  }
-  joint.covariance = AlignedMatrix(points.rows, points.rows);
-  const MatrixView<double> covariance = joint.covariance.view();
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
-      *context_, hyperparameters_.covariance, points, 0.0, kernels::Triangle::kLower, covariance));
-  AddRowProducts(v.view(), -1, covariance);  // (SP7)
-  if (degenerate) {
-    for (int64_t i = 0; i < points.rows; ++i) std::fill_n(covariance.row(i), points.rows, 0.0);
-  }
-  if (m > 0) AppendRows(solution_.sum_factor.view(), v.view());
-  AddRowProducts(v.view(), 1, covariance);
-  for (int64_t i = 0; i < points.rows; ++i) covariance(i, i) = std::max(0.0, covariance(i, i));
-  MirrorLower(covariance);
-  return joint;
-}
-
-absl::StatusOr<NormalSamples> SparseModel::Sample(ConstMatrixView<double> points,
-                                                  const SampleOptions& options) const {
-  EGOSIEVE_ASSIGN_OR_RETURN(JointPrediction joint, PredictJoint(points));
-  return SampleJoint(hyperparameters_, points, 1, options, joint);
-}
-
-absl::StatusOr<InputGradients> SparseModel::PredictGradients(ConstMatrixView<double> points,
-                                                             PredictWhat what) const {
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, input_dimension()));
-  const int64_t m = inducing_size(), dimension = input_dimension();
-  InputGradients gradients;
-  gradients.mean.resize(points.rows * dimension);
-  if (what == PredictWhat::kMeanAndVariance) gradients.variance.resize(points.rows * dimension);
-  const std::vector<double> alpha = MeanCoefficients();
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceInputGradient(
-      hyperparameters_.covariance, points, inducing_inputs(), {alpha.data(), points.rows, m, 0},
-      {gradients.mean.data(), points.rows, dimension}));
-  for (int64_t begin = 0; what != PredictWhat::kMean && begin < points.rows;
-       begin += kPredictionTile) {
-    const ConstMatrixView<double> tile =
-        points.rows_between(begin, std::min(begin + kPredictionTile, points.rows));
-    EGOSIEVE_RETURN_IF_ERROR(
-        VarianceGradients(tile, {&gradients.variance[begin * dimension], tile.rows, dimension}));
-  }
-  return gradients;
-}
-
-// (SP5) is k(x, x) - k_u^T S k_u with S = L^-T (I - A^-1) L^-1, and k_u^T S k_u with S = L^-T A^-1
-// L^-1 for the subset of regressors: the gradients are those of k(x, x) and 2 S k_u.
-absl::Status SparseModel::VarianceGradients(ConstMatrixView<double> points,
-                                            MatrixView<double> out) const {
-  const int64_t m = inducing_size();
-  const bool degenerate = IsDegenerate();
-  AlignedMatrix v(points.rows, m), rows(points.rows, m);
-  std::vector<double> unused;
-  EGOSIEVE_RETURN_IF_ERROR(
-      ProjectPoints(*context_, options_, hyperparameters_, solution_, points, {}, v, unused));
-  AlignedMatrix columns(m, points.rows);
-  for (int64_t i = 0; i < points.rows; ++i) {
-    for (int64_t j = 0; j < m; ++j) columns.row(j)[i] = v.row(i)[j];
-  }
-  SolveLower(solution_.sum_factor.view(), columns.view());
-  SolveLowerTransposed(solution_.sum_factor.view(), columns.view());  // A^-1 v
-  for (int64_t i = 0; i < points.rows; ++i) {
-    for (int64_t j = 0; j < m; ++j) {
-      columns.row(j)[i] = degenerate ? -columns.row(j)[i] : v.row(i)[j] - columns.row(j)[i];
-    }
-  }
-  SolveLowerTransposed(solution_.factor.view(), columns.view());
-  for (int64_t i = 0; i < points.rows; ++i) {
-    for (int64_t j = 0; j < m; ++j) rows.row(i)[j] = columns.row(j)[i];
-  }
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceInputGradient(hyperparameters_.covariance, points,
-                                                            inducing_inputs(), rows.view(), out));
-  std::vector<double> prior(points.cols, 0.0);
-  for (int64_t i = 0; i < points.rows; ++i) {
-    if (!degenerate) {
-      kernels::PriorVarianceGradient(hyperparameters_.covariance, points.row(i), prior.data());
-    }
-    for (int64_t d = 0; d < points.cols; ++d) out(i, d) = prior[d] - 2.0 * out(i, d);
-  }
-  return absl::OkStatus();
 }
 
 std::vector<double> SparseModel::MeanCoefficients() const {

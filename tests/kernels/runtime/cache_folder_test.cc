@@ -10,7 +10,7 @@
 namespace egosieve::kernels {
 namespace {
 
-// A table of kernel shapes, or programs, in the user's cache folder would decide what tests run.
+// A table of kernel shapes in the user's cache folder would decide what tests run.
 TEST(CacheFolder, ThatOfTestsIsNotTheUsers) {
   EXPECT_EQ(CacheFolder(), "/dev/null/none");
   EXPECT_FALSE(WriteCacheFile(CacheFolder() + "/file", "x").ok());

@@ -105,7 +105,8 @@ absl::Status PredictJoint(const LearningModel& model, const egosieve_const_array
                               OutputOf("mean", mean, queries.rows, regression.outputs()));
     EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray covariances,
                               OutputOf("covariance", covariance, queries.rows, queries.rows));
-    EGOSIEVE_ASSIGN_OR_RETURN(gp::JointPrediction joint, regression.PredictJoint(queries.view()));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto posterior, regression.MakeFloat64Posterior());
+    EGOSIEVE_ASSIGN_OR_RETURN(gp::JointPrediction joint, posterior->PredictJoint(queries.view()));
     for (int64_t i = 0; of_observation && i < queries.rows; ++i) {
       joint.covariance.row(i)[i] += regression.hyperparameters().noise_variance();
     }
@@ -164,8 +165,9 @@ absl::Status DrawSamples(const LearningModel& model, const egosieve_const_array*
     options.count = samples->columns;
     options.seed = seed;
     options.of_observation = of_observation;
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto posterior, regression.MakeFloat64Posterior());
     EGOSIEVE_ASSIGN_OR_RETURN(const gp::NormalSamples drawn,
-                              regression.Sample(queries.view(), options));
+                              posterior->Sample(queries.view(), options));
     for (int64_t i = 0; i < queries.rows; ++i) {  // a row of k S values is written as k rows of S
       output.Write(i * k * options.count, (i + 1) * k * options.count, drawn.values.row(i));
     }
@@ -183,9 +185,10 @@ absl::Status PredictGradients(const LearningModel& model, const egosieve_const_a
         OutputOf("mean", mean, queries.rows * regression.outputs(), queries.dimension));
     EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray of_variance,
                               OutputOf("variance", variance, queries.rows, queries.dimension));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto posterior, regression.MakeFloat64Posterior());
     EGOSIEVE_ASSIGN_OR_RETURN(
         const gp::InputGradients gradients,
-        regression.PredictGradients(queries.view(), of_variance.wanted()
+        posterior->PredictGradients(queries.view(), of_variance.wanted()
                                                         ? PredictWhat::kMeanAndVariance
                                                         : PredictWhat::kMean));
     WriteWanted(gradients.mean, of_mean);
