@@ -9,7 +9,6 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/embed/c/array_access.h"
-#include "tools/embed/c/byte_output.h"
 #include "tools/embed/c/device_contexts.h"
 #include "tools/embed/c/last_error.h"
 #include "tools/embed/c/learning_model.h"
@@ -205,16 +204,8 @@ egosieve_gp_info InfoOf(const LearningModel::Description& description) {
 }
 
 }  // namespace
-}  // namespace egosieve::embed
-
 // More than any covariance has; a larger count is an error.
 constexpr int64_t kMostScales = int64_t{1} << 20;
-
-using egosieve::embed::AllModels;
-using egosieve::embed::CheckPointer;
-using egosieve::embed::Guard;
-using egosieve::embed::LearningModel;
-using egosieve::embed::WithModel;
 
 extern "C" {
 
@@ -225,7 +216,7 @@ void egosieve_gp_options_init(egosieve_gp_options* options) {
   options->covariance = EGOSIEVE_ARCSINE;
   options->signal_stddev = 1.0;
   options->noise_stddev = 0.1;
-  options->inducing_points = egosieve::gp::SparseModelOptions().inducing_points;
+  options->inducing_points = gp::SparseModelOptions().inducing_points;
 }
 
 void egosieve_gp_info_init(egosieve_gp_info* info) {
@@ -236,7 +227,7 @@ void egosieve_gp_info_init(egosieve_gp_info* info) {
 
 void egosieve_optimize_options_init(egosieve_optimize_options* options) {
   if (options == nullptr) return;
-  const egosieve::embed::SearchOptions defaults;
+  const SearchOptions defaults;
   *options = egosieve_optimize_options{};
   options->struct_size = sizeof *options;
   options->subset_size = defaults.subset_size;
@@ -257,15 +248,14 @@ egosieve_status egosieve_gp_create(const egosieve_gp_options* options, egosieve_
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("gp", gp));
     egosieve_gp_options wishes;
     egosieve_gp_options_init(&wishes);
-    EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::ReadStruct("options", options, wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto hyperparameters,
-                              egosieve::embed::HyperparametersOf(wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto sparse, egosieve::embed::SparseOptionsOf(wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(auto context, wishes.opencl_context == nullptr
-                                                ? egosieve::embed::ContextOf(wishes.device)
-                                                : egosieve::embed::ContextOn(wishes.opencl_context,
-                                                                             wishes.opencl_device));
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto dense, egosieve::embed::PosteriorOptionsOf(wishes));
+    EGOSIEVE_RETURN_IF_ERROR(ReadStruct("options", options, wishes));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto hyperparameters, HyperparametersOf(wishes));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto sparse, SparseOptionsOf(wishes));
+    EGOSIEVE_ASSIGN_OR_RETURN(auto context,
+                              wishes.opencl_context == nullptr
+                                  ? ContextOf(wishes.device)
+                                  : ContextOn(wishes.opencl_context, wishes.opencl_device));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto dense, PosteriorOptionsOf(wishes));
     EGOSIEVE_ASSIGN_OR_RETURN(
         auto model, LearningModel::Create(std::move(context), hyperparameters, sparse, dense));
     EGOSIEVE_ASSIGN_OR_RETURN(*gp, AllModels().Insert(std::move(model)));
@@ -280,17 +270,14 @@ egosieve_status egosieve_gp_free(egosieve_gp* gp) {
 
 egosieve_status egosieve_gp_condition(egosieve_gp* gp, const egosieve_const_array* x,
                                       const egosieve_const_array* y) {
-  return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::ConditionOn(model, x, y, nullptr);
-  });
+  return WithModel(__func__, gp,
+                   [&](LearningModel& model) { return ConditionOn(model, x, y, nullptr); });
 }
 
 egosieve_status egosieve_gp_condition_noisy(egosieve_gp* gp, const egosieve_const_array* x,
                                             const egosieve_const_array* y,
                                             const egosieve_const_array* v) {
-  return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::ConditionOn(model, x, y, v);
-  });
+  return WithModel(__func__, gp, [&](LearningModel& model) { return ConditionOn(model, x, y, v); });
 }
 
 egosieve_status egosieve_gp_remove(egosieve_gp* gp, const int64_t* rows, int64_t count) {
@@ -308,22 +295,20 @@ egosieve_status egosieve_gp_remove(egosieve_gp* gp, const int64_t* rows, int64_t
 
 egosieve_status egosieve_gp_describe(egosieve_gp* gp, egosieve_gp_info* info) {
   return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
-    EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::CheckStruct("info", info));
-    egosieve::embed::WriteStruct(egosieve::embed::InfoOf(model.Describe()), info);
+    EGOSIEVE_RETURN_IF_ERROR(CheckStruct("info", info));
+    WriteStruct(InfoOf(model.Describe()), info);
     return absl::OkStatus();
   });
 }
 
 egosieve_status egosieve_gp_points(egosieve_gp* gp, const egosieve_array* x,
                                    const egosieve_array* y) {
-  return WithModel(__func__, gp,
-                   [&](LearningModel& model) { return egosieve::embed::CopyPoints(model, x, y); });
+  return WithModel(__func__, gp, [&](LearningModel& model) { return CopyPoints(model, x, y); });
 }
 
 egosieve_status egosieve_gp_noise_variances(egosieve_gp* gp, const egosieve_array* v) {
-  return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::CopyNoiseVariances(model, v);
-  });
+  return WithModel(__func__, gp,
+                   [&](LearningModel& model) { return CopyNoiseVariances(model, v); });
 }
 
 egosieve_status egosieve_gp_scales(egosieve_gp* gp, double* scales, int64_t count) {
@@ -343,7 +328,7 @@ egosieve_status egosieve_gp_covariance_text(egosieve_gp* gp, void* text, int64_t
                                             int64_t* size) {
   return WithModel(__func__, gp, [&](LearningModel& model) {
     const std::string name(model.Describe().hyperparameters.covariance.function.text());
-    return egosieve::embed::GiveBytes(name, text, capacity, size);
+    return GiveBytes(name, text, capacity, size);
   });
 }
 
@@ -364,9 +349,8 @@ egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, const double* s
 egosieve_status egosieve_gp_optimize(egosieve_gp* gp, const egosieve_optimize_options* options,
                                      egosieve_optimize_result* result) {
   return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::OptimizeBy(
-        model, options, result,
-        [&](const egosieve::embed::SearchOptions& search) { return model.Optimize(search); });
+    return OptimizeBy(model, options, result,
+                      [&](const SearchOptions& search) { return model.Optimize(search); });
   });
 }
 
@@ -376,7 +360,7 @@ egosieve_status egosieve_gp_classify(egosieve_gp* gp, const egosieve_const_array
                                      const egosieve_optimize_options* options,
                                      egosieve_optimize_result* result) {
   return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::Classify(model, x, y, weights, options, result);
+    return Classify(model, x, y, weights, options, result);
   });
 }
 
@@ -385,3 +369,5 @@ egosieve_status egosieve_gp_calibrate(egosieve_gp* gp) {
 }
 
 }  // extern "C"
+
+}  // namespace egosieve::embed
