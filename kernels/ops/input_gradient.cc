@@ -14,15 +14,6 @@ namespace {
 
 constexpr double kFlopsPerInput = 10.0;  // of a derivative, approximately
 
-// Prepared points, one per row.
-std::vector<double> PrepareAll(const PointPreparation& preparation, ConstMatrixView<double> x) {
-  std::vector<double> rows(x.rows * preparation.width());
-  for (int64_t i = 0; i < x.rows; ++i) {
-    preparation.Prepare(x.row(i), &rows[i * preparation.width()], 1);
-  }
-  return rows;
-}
-
 absl::Status CheckBoth(const CovarianceParameters& parameters, ConstMatrixView<double> x,
                        ConstMatrixView<double> z) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
@@ -45,17 +36,15 @@ absl::Status CovarianceInputGradient(const CovarianceParameters& parameters,
     return absl::InvalidArgumentError(
         absl::StrFormat("w is %d x %d; it must be %d x %d", w.rows, w.cols, x.rows, z.rows));
   }
-  const PointPreparation preparation(parameters);
-  const int64_t width = preparation.width();
-  const std::vector<double> a = PrepareAll(preparation, x), b = PrepareAll(preparation, z);
+  const PreparedRows a(parameters, x), b(parameters, z);
   const CovarianceDescription& function = parameters.function.description();
   const double signal_variance = parameters.signal_stddev * parameters.signal_stddev;
   ParallelFor(x.rows, kFlopsPerInput * x.rows * z.rows * dimension, [&](int64_t i) {
     double* gradient = out.row(i);
     std::fill_n(gradient, dimension, 0.0);
     for (int64_t j = 0; j < z.rows; ++j) {
-      function.AddInputGradient(parameters.scales.data(), dimension, &a[i * width], &b[j * width],
-                                w(i, j), gradient);
+      function.AddInputGradient(parameters.scales.data(), dimension, a.row(i), b.row(j), w(i, j),
+                                gradient);
     }
     for (int64_t d = 0; d < dimension; ++d) gradient[d] *= signal_variance;
   });
@@ -75,14 +64,12 @@ absl::Status CovarianceDerivatives(const CovarianceParameters& parameters,
   if (by_input.data != nullptr) {
     EGOSIEVE_RETURN_IF_ERROR(CheckShape("by_input", by_input, x.rows * z.rows, dimension));
   }
-  const PointPreparation preparation(parameters);
-  const int64_t width = preparation.width();
-  const std::vector<double> a = PrepareAll(preparation, x), b = PrepareAll(preparation, z);
+  const PreparedRows a(parameters, x), b(parameters, z);
   const CovarianceDescription& function = parameters.function.description();
   const double signal_variance = parameters.signal_stddev * parameters.signal_stddev;
   ParallelFor(x.rows, kFlopsPerInput * x.rows * z.rows * dimension, [&](int64_t i) {
     for (int64_t j = 0; j < z.rows; ++j) {
-      const double *p = &a[i * width], *q = &b[j * width];
+      const double *p = a.row(i), *q = b.row(j);
       if (by_logarithms.data != nullptr) {
         double* row = by_logarithms.row(i * z.rows + j);
         std::fill_n(row, scales, 0.0);

@@ -84,12 +84,6 @@ TEST(Tuning, DamagedTablesAreIgnored) {
   EXPECT_EQ(ParseTuning("nonsense\npanel 9\nnonsense", defaults).panel, 9);
 }
 
-TEST(Tuning, TablesOfEarlierVersionsAreRead) {
-  const KernelTuning tuning = ParseTuning("panels_a_group 7\ngroups_a_unit 3\n", DefaultTuning(8));
-  EXPECT_EQ(tuning.panels_per_group, 7);
-  EXPECT_EQ(tuning.groups_per_unit, 3);
-}
-
 TEST(Tuning, DefaultsAreValid) {
   for (const int lanes : {1, 4, 8, 16}) EXPECT_TRUE(DefaultTuning(lanes).Validate().ok()) << lanes;
   EXPECT_TRUE(DefaultGpuTuning().Validate().ok());

@@ -177,10 +177,9 @@ absl::StatusOr<gp::AscentResult> AscendFrom(std::vector<double> theta, Objective
   return best;
 }
 
-double RootMeanSquare(absl::Span<const double> values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value * value;
-  const double root = std::sqrt(sum / static_cast<double>(std::max<size_t>(values.size(), 1)));
+// 1 if it is 0 or not finite.
+double PositiveRoot(double square) {
+  const double root = std::sqrt(square);
   return root > 0.0 && std::isfinite(root) ? root : 1.0;
 }
 
@@ -194,19 +193,21 @@ double SpreadOf(kernels::ConstMatrixView<double> inputs, int64_t d,
   for (int64_t i = 0; i < inputs.rows; ++i) {
     square += weight(i) * (inputs(i, d) - mean) * (inputs(i, d) - mean) / total;
   }
-  const double spread = std::sqrt(square);
-  return spread > 0.0 && std::isfinite(spread) ? spread : 1.0;
+  return PositiveRoot(square);
 }
 
 // Root mean square of the targets; around the mean of each output if `centred`.
 double SizeOf(kernels::ConstMatrixView<double> targets, bool centred) {
-  std::vector<double> values;
+  const double count = static_cast<double>(targets.rows * targets.cols);
+  double square = 0.0;
   for (int64_t c = 0; c < targets.cols; ++c) {
     double mean = 0.0;
     for (int64_t i = 0; centred && i < targets.rows; ++i) mean += targets(i, c) / targets.rows;
-    for (int64_t i = 0; i < targets.rows; ++i) values.push_back(targets(i, c) - mean);
+    for (int64_t i = 0; i < targets.rows; ++i) {
+      square += (targets(i, c) - mean) * (targets(i, c) - mean);
+    }
   }
-  return RootMeanSquare(values);
+  return PositiveRoot(square / count);
 }
 
 // theta_0 and the default bounds.

@@ -249,9 +249,7 @@ class GaussianProcess {
   /** log p(y | X). */
   Result<double> LogMarginalLikelihood() const {
     double value = 0.0;
-    Status status = Status::FromC(egosieve_gp_log_marginal_likelihood(handle_, &value));
-    if (!status.ok()) return status;
-    return value;
+    return internal::Given(egosieve_gp_log_marginal_likelihood(handle_, &value), value);
   }
 
   /** At M x D points. */
@@ -298,10 +296,8 @@ class GaussianProcess {
   Result<double> Sample(const ConstArray& x, uint64_t seed, const Array& samples,
                         bool of_observation = false) const {
     double jitter = 0.0;
-    Status status = Status::FromC(
-        egosieve_gp_sample(handle_, x.c(), seed, of_observation, &samples.c(), &jitter));
-    if (!status.ok()) return status;
-    return jitter;
+    return internal::Given(
+        egosieve_gp_sample(handle_, x.c(), seed, of_observation, &samples.c(), &jitter), jitter);
   }
   /** Gradients with respect to the inputs: of the mean (M k) x D, of the variance M x D. */
   Status Gradients(const ConstArray& x, const Array& mean, const Array& variance = {}) const {
@@ -320,11 +316,11 @@ class GaussianProcess {
   Result<Likelihood> LikelihoodAt(const std::vector<double>& theta, bool with_gradient) const {
     Likelihood likelihood;
     likelihood.gradient.resize(with_gradient ? theta.size() : 0);
-    Status status = Status::FromC(egosieve_gp_likelihood_at(
-        handle_, theta.data(), static_cast<int64_t>(theta.size()), &likelihood.value,
-        with_gradient ? likelihood.gradient.data() : nullptr));
-    if (!status.ok()) return status;
-    return likelihood;
+    return internal::Given(
+        egosieve_gp_likelihood_at(handle_, theta.data(), static_cast<int64_t>(theta.size()),
+                                  &likelihood.value,
+                                  with_gradient ? likelihood.gradient.data() : nullptr),
+        likelihood);
   }
   /** A posterior of the model's current state, for threads that predict while the model learns. */
   Result<Posterior> MakePosterior() const {
