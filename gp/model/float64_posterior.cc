@@ -53,8 +53,9 @@ void ApplyFactor(const SharedFactor& factor, MatrixView<double> x, MatrixView<do
   for (int64_t i = 0; i < x.rows; ++i) std::copy_n(room.row(i), x.cols, x.row(i));
 }
 
-// The same on several threads.
+// The same on several threads, for many rows whose bits may depend on their number.
 void ApplyFactorInParallel(const SharedFactor& factor, MatrixView<double> x) {
+  if (factor.kind == kernels::FactorKind::kCholesky) return AppendRows(factor.values, x);
   kernels::ParallelFor((x.rows + kGroup - 1) / kGroup, 1.0 * x.rows * x.cols * x.cols,
                        [&](int64_t g) {
                          const int64_t first = g * kGroup;

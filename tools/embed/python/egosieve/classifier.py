@@ -25,7 +25,7 @@ class GaussianProcessClassifier(Classifier):
     likelihood : "laplace" or "least_squares"
         "laplace": the probit likelihood with Laplace's approximation (Rasmussen & Williams, section 3.4), as
         scikit-learn has it with the logistic one. "least_squares": regression on the labels -1 and +1, then
-        GaussianProcess.predict_proba (section 6.5): a third of the time, and sharper probabilities of many classes.
+        GaussianProcess.predict_proba (section 6.5), with sharper probabilities of many classes and without weights.
     noise_stddev : float
         Of "least_squares", where `optimize` is true its start.
     others
