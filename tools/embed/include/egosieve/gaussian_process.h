@@ -281,9 +281,9 @@ EGOSIEVE_API egosieve_status egosieve_gp_calibrate(egosieve_gp* gp);
 /**
  * Classification with the probit likelihood by Laplace's approximation (Rasmussen & Williams, 3.4),
  * in place of least squares: the model's points become those of the regression that has the same
- * posterior of f. Its means and variances are of that f, probabilities are (4) with a = 1 and b = 0,
- * and sigma_n is 1e-3. It is a regression again, without probabilities, once points are added or
- * removed or hyperparameters set. Cost: about 3 n^3 flops per evaluation.
+ * posterior of f, of which all other calls then speak. Probabilities are (4) with a = 1 and b = 0,
+ * and sigma_n is 1e-3. They are no longer there once points are added or removed or hyperparameters
+ * set. Cost: about 3 n^3 flops per evaluation.
  * @param gp       An exact model with the zero mean; else #EGOSIEVE_FAILED_PRECONDITION. Its own
  *                 points are dropped.
  * @param x        N x D, finite.

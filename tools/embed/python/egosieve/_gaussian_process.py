@@ -119,7 +119,7 @@ class _Predictor:
         prediction.of_observation, prediction.precision = bool(of_observation), _PRECISIONS.index(precision)
         _call(self._prefix + call, self._handle, *place, byref(prediction))
         self.clamped_variances, self.float64_count = prediction.clamped_variances, prediction.float64_count
-        if precision == "auto" and self.float64_count and not self._told:
+        if precision == "auto" and self.float64_count and probability is None and not self._told:
             self._told = True
             warnings.warn(
                 "float32 does not suffice for this model: its errors exceed a hundredth of the posterior's deviation. "

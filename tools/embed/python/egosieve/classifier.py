@@ -117,6 +117,13 @@ class GaussianProcessClassifier(Classifier):
         found = [model.kernel_ for model in self.models_]
         return found[0] if len(found) == 1 else found
 
+    @property
+    def log_marginal_likelihood_value_(self):
+        """Laplace's approximation of log p(y | X), the mean over models_, of the points that the optimisation used."""
+        if not self._is_fitted() or self.likelihood != "laplace":
+            raise AttributeError("log_marginal_likelihood_value_ is there after a fit with likelihood='laplace'")
+        return float(np.mean([model.optimization_["log_likelihood"] for model in self.models_]))
+
     def _is_fitted(self):
         return hasattr(self, "models_")
 

@@ -123,3 +123,8 @@ class ExactPredictor(Predictor):
             theta = np.log([*found["scales"], found["signal_stddev"], found["noise_stddev"]])
         value, gradient = core.likelihood_at(np.ravel(theta).tolist(), eval_gradient)
         return (value, np.array(gradient)) if eval_gradient else value
+
+    @property
+    def log_marginal_likelihood_value_(self):
+        """log_marginal_likelihood() of the model as it is now."""
+        return self.log_marginal_likelihood()
