@@ -137,7 +137,7 @@ def variances(name, values, count):
         raise ValueError(f"{name} must be a scalar or an array with same number of entries as y ({count}); "
                          f"its shape is {array.shape}")  # fmt: skip
     if not (np.isfinite(array).all() and (array >= 0).all()):
-        raise ValueError(f"{name} holds {array[~((array >= 0) & np.isfinite(array))][0]}; variances are finite and not negative")
+        raise ValueError(f"{name} holds {array[~((array >= 0) & np.isfinite(array))][0]}; its values are finite and not negative")
     return array if array.any() else None
 
 
