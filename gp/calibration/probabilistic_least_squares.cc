@@ -12,25 +12,6 @@ constexpr double kInverseSqrtTwoPi = 0.3989422804014327;
 
 double NormalDistribution(double z) { return 0.5 * std::erfc(-z * M_SQRT1_2); }
 
-// log Phi(z) and its derivative phi(z) / Phi(z), without underflow: below -20 by the asymptotic
-// series of Mills' ratio, Phi(z) = phi(z) / -z (1 - 1/z^2 + 3/z^4 - 15/z^6 + ...), whose sixth term
-// is under 3e-12 there.
-struct LogDistribution {
-  double value;
-  double derivative;
-};
-
-LogDistribution LogNormalDistribution(double z) {
-  if (z > -20.0) {
-    const double distribution = NormalDistribution(z);
-    return {std::log(distribution), kInverseSqrtTwoPi * std::exp(-0.5 * z * z) / distribution};
-  }
-  const double s = 1.0 / (z * z);
-  const double series = 1.0 - s * (1.0 - s * (3.0 - s * (15.0 - s * (105.0 - s * 945.0))));
-  return {-0.5 * z * z + std::log(kInverseSqrtTwoPi) - std::log(-z) + std::log(series),
-          -z / series};
-}
-
 // The objective in (t, b), t = log a, with its gradient and the Gauss-Newton curvature, which
 // treats z as linear in (t, b): log Phi is concave in z, so the curvature is positive.
 struct Objective {
@@ -114,6 +95,19 @@ absl::Status CheckPoints(absl::Span<const double> means, absl::Span<const double
 }
 
 }  // namespace
+
+// Below -20 by the asymptotic series of Mills' ratio, Phi(z) = phi(z) / -z (1 - 1/z^2 + 3/z^4 -
+// 15/z^6 + ...), whose sixth term is under 3e-12 there.
+LogDistribution LogNormalDistribution(double z) {
+  if (z > -20.0) {
+    const double distribution = NormalDistribution(z);
+    return {std::log(distribution), kInverseSqrtTwoPi * std::exp(-0.5 * z * z) / distribution};
+  }
+  const double s = 1.0 / (z * z);
+  const double series = 1.0 - s * (1.0 - s * (3.0 - s * (15.0 - s * (105.0 - s * 945.0))));
+  return {-0.5 * z * z + std::log(kInverseSqrtTwoPi) - std::log(-z) + std::log(series),
+          -z / series};
+}
 
 double SquashParameters::Probability(double mean, double variance) const {
   return NormalDistribution((a * mean + b) / std::sqrt(1.0 + a * a * variance));

@@ -27,6 +27,13 @@
 
 namespace egosieve::gp {
 
+// log Phi(z) and its derivative phi(z) / Phi(z), without underflow.
+struct LogDistribution {
+  double value;
+  double derivative;
+};
+LogDistribution LogNormalDistribution(double z);
+
 struct SquashParameters {
   double a = 1.0;
   double b = 0.0;

@@ -190,9 +190,10 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   ArrayMap arrays;
   const bool plain = model.points.outputs == 1 && model.points.noise_variances.empty() &&
                      model.hyperparameters.mean == MeanFunction::kZero;
-  arrays["format_version"] = VectorArray<int64_t>({file.sparse.has_value() ? kModelFormatVersion
-                                                   : plain                 ? 1
-                                                                           : 2});
+  arrays["format_version"] = VectorArray<int64_t>({file.is_laplace           ? kModelFormatVersion
+                                                   : file.sparse.has_value() ? 3
+                                                   : plain                   ? 1
+                                                                             : 2});
   const int64_t number = NumberOf(covariance.function);
   arrays["covariance_function"] = VectorArray<int64_t>({number});
   if (number == kNamedFunction) {
@@ -221,6 +222,7 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
         VectorArray<int64_t>({file.sparse->approximation == SparseApproximation::kFitc ? 2 : 1,
                               file.sparse->inducing_points});
   }
+  if (file.is_laplace) arrays["laplace"] = VectorArray<int64_t>({1});
   arrays["identities"] = VectorArray(model.points.identities);
   arrays["birth_frames"] = VectorArray(model.points.insertion_times);
   arrays["next_identity"] = VectorArray<int64_t>({model.points.next_identity});
@@ -248,6 +250,7 @@ absl::StatusOr<ModelFile> ParseModel(std::string_view bytes) {
   file.squash = {squash[0], squash[1]};
   EGOSIEVE_RETURN_IF_ERROR(CheckSquash(file.squash));
   EGOSIEVE_RETURN_IF_ERROR(TakeSparse(arrays, file.sparse));
+  file.is_laplace = arrays.contains("laplace");
   if (!file.sparse.has_value()) EGOSIEVE_RETURN_IF_ERROR(CheckMemory(file.model.points.size()));
   EGOSIEVE_RETURN_IF_ERROR(TakeTrainer(arrays, file.trainer));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> annotations,

@@ -13,6 +13,8 @@
 //   noise_variances       f8 [n]     v, on top of sigma_n^2, if any point has one (2)
 //   mean_function         i8 [1]     1 constant, 2 linear; absent: zero (2)
 //   sparse                i8 [2]     for a sparse model: 1 DTC, 2 FITC; most inducing inputs (3)
+//   laplace               i8 [1]     1 where the points stand for Laplace's approximation of a
+//                                    classifier (4)
 //   identities            i8 [n]     increasing
 //   birth_frames          i8 [n]     insertion times; the name is that of the first version
 //   next_identity         i8 [1]
@@ -42,7 +44,7 @@
 namespace egosieve::gp {
 
 // The latest version; all earlier ones can be read.
-inline constexpr int64_t kModelFormatVersion = 3;
+inline constexpr int64_t kModelFormatVersion = 4;
 
 struct ModelFile {
   ExactModelState model;
@@ -52,6 +54,7 @@ struct ModelFile {
   // For a sparse model: approximation, DTC or FITC, and inducing_points; the other options have
   // their defaults.
   std::optional<SparseModelOptions> sparse = std::nullopt;
+  bool is_laplace = false;  // gp/training/laplace_approximation.h
 };
 
 // The file is written completely or not at all (kernels/files/atomic_file.h). InvalidArgument for

@@ -191,22 +191,10 @@ absl::Status IncrementalCholesky::Remove(absl::Span<const int64_t> rows) {
 }
 
 absl::Status IncrementalCholesky::Solve(MatrixView<double> b) const {
-  if (absl::Status status = HalfSolve(b); !status.ok()) return status;
-  return HalfSolveTransposed(b);
-}
-
-absl::Status IncrementalCholesky::HalfSolve(MatrixView<double> b) const {
   if (absl::Status status = CheckShape("b", b.rows, b.cols, size_, b.cols); !status.ok()) {
     return status;
   }
   SolveLower(Factor(), b);
-  return absl::OkStatus();
-}
-
-absl::Status IncrementalCholesky::HalfSolveTransposed(MatrixView<double> b) const {
-  if (absl::Status status = CheckShape("b", b.rows, b.cols, size_, b.cols); !status.ok()) {
-    return status;
-  }
   SolveLowerTransposed(Factor(), b);
   return absl::OkStatus();
 }

@@ -9,7 +9,6 @@
 //   Remove, k rows, first row i     2 k (n - i)^2                    (IC1)-(IC3)
 //   Factorize                       n^3 / 3
 //   Solve, c columns                2 c n^2
-//   HalfSolve, c columns            c n^2
 //
 //   (A1) X = K21 L^-T,  S = K22 - X X^T
 //   (A2) S = M M^T                              the new rows of the factor are [X, M]
@@ -106,10 +105,6 @@ class IncrementalCholesky {
 
   // B := K^-1 B, B: n x c. InvalidArgument for other shapes.
   absl::Status Solve(kernels::MatrixView<double> b) const;
-  // B := L^-1 B.
-  absl::Status HalfSolve(kernels::MatrixView<double> b) const;
-  // B := L^-T B.
-  absl::Status HalfSolveTransposed(kernels::MatrixView<double> b) const;
 
   // log |K| = 2 sum_i log L(i,i).
   double LogDeterminant() const;

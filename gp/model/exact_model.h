@@ -6,10 +6,6 @@
 //   alpha = K_y^-1 (Y - H B);  H, B: mean function and its coefficients, with their uncertainty, as
 //   in gp/model/regression_weights.h; zero by default
 //   mean(x) = alpha^T k* + B^T h(x),  variance of f(x) = k** - |L^-1 k*|^2 + |M^-1 r(x)|^2   (EM3)
-//   covariance of f(x), f(x') = k(x, x') - (L^-1 k*).(L^-1 k*') + (M^-1 r).(M^-1 r')        (EM4)
-//   d mean / dx = sum_i alpha_i dk(x, x_i) / dx + B^T dh / dx                               (EM5)
-//   d variance / dx = dk** / dx - 2 sum_i (K_y^-1 k* + W u)_i dk(x, x_i) / dx + 2 u^T dh / dx,
-//     u = A^-1 r                                                                            (EM6)
 //
 // The outputs share covariance, noise and therefore the factor: variances and covariances are the
 // same for all. Without points the model is the prior.
@@ -54,7 +50,6 @@
 #include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/incremental_cholesky.h"
-#include "gp/linalg/normal_samples.h"
 #include "gp/model/float64_posterior.h"
 #include "gp/model/point_set.h"
 #include "gp/model/posterior.h"
@@ -70,28 +65,6 @@ struct Prediction {
   int64_t clamped_variances = 0;  // negative from rounding, set to 0
 };
 
-struct JointPrediction {
-  std::vector<double> mean;  // M x k
-  AlignedMatrix covariance;  // of f, M x M, symmetric; of each output
-};
-
-// Gradients with respect to the inputs, at M points.
-struct InputGradients {
-  std::vector<double> mean;      // M x k x D
-  std::vector<double> variance;  // of f, M x D; empty if not requested
-};
-
-struct SampleOptions {
-  int64_t count = 1;            // samples of each output
-  uint64_t seed = 0;            // the same seed gives the same samples
-  bool of_observation = false;  // of y instead of f: with sigma_n^2, without v
-};
-
-// Samples of `joint`; the noise is added to its covariance if requested.
-absl::StatusOr<NormalSamples> SampleJoint(const Hyperparameters& hyperparameters,
-                                          kernels::ConstMatrixView<double> points, int64_t outputs,
-                                          const SampleOptions& options, JointPrediction& joint);
-
 // A model as a value: everything except the factor, which follows from it.
 struct ExactModelState {
   Hyperparameters hyperparameters;
@@ -99,8 +72,6 @@ struct ExactModelState {
 
   absl::Status Validate() const;
 };
-
-enum class PredictWhat { kMean, kMeanAndVariance };
 
 class ExactModel {
  public:
@@ -177,17 +148,6 @@ class ExactModel {
   absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
                                      PredictWhat what) const;
 
-  // (EM4) at M x D points, in float64. Cost: M n^2 + M^2 n flops; memory: M n + M^2 values.
-  absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
-  // Samples from the joint distribution of f, or y, at M x D points (gp/linalg/normal_samples.h):
-  // from the posterior, or from the prior if the model is empty.
-  absl::StatusOr<NormalSamples> Sample(kernels::ConstMatrixView<double> points,
-                                       const SampleOptions& options) const;
-
-  // (EM5), (EM6) at M x D points, in float64. Cost: M n D k for the mean, 2 M n^2 for the variance.
-  absl::StatusOr<InputGradients> PredictGradients(kernels::ConstMatrixView<double> points,
-                                                  PredictWhat what) const;
-
   // (W5) of gp/model/regression_weights.h, summed over outputs; 0 for an empty model, NaN if the
   // mean's coefficients are not determined.
   double LogMarginalLikelihood() const;
@@ -201,8 +161,8 @@ class ExactModel {
   absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
       const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {},
       const kernels::Contexts& devices = {}) const;
-  // The same in float64, on the model's own context. It shares the factor until a change of its
-  // rows.
+  // The same in float64, on the model's own context, which also predicts jointly. It shares the
+  // factor until a change of its rows.
   absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
 
  private:
@@ -216,9 +176,6 @@ class ExactModel {
   };
 
   absl::Status AppendToFactor(const Observations& added);
-  // (EM6), points.rows x D.
-  absl::Status VarianceGradients(kernels::ConstMatrixView<double> points,
-                                 kernels::MatrixView<double> out) const;
   // The solution for `points` with the first jitter that works, beginning with `jitter`; `refused`:
   // `jitter` has already been refused, so the next larger one is first.
   absl::StatusOr<Solution> Solve(const Hyperparameters& hyperparameters, const PointSet& points,

@@ -9,9 +9,11 @@
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/matrix_product.h"
 #include "gp/linalg/tile_operations.h"
+#include "gp/model/point_set.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
+#include "kernels/ops/input_gradient.h"
 
 namespace egosieve::gp {
 namespace {
@@ -49,6 +51,38 @@ void ApplyFactor(const SharedFactor& factor, MatrixView<double> x, MatrixView<do
   }
   if (factor.kind == kernels::FactorKind::kCholesky) return;
   for (int64_t i = 0; i < x.rows; ++i) std::copy_n(room.row(i), x.cols, x.row(i));
+}
+
+// The same on several threads, for many rows whose bits may depend on their number.
+void ApplyFactorInParallel(const SharedFactor& factor, MatrixView<double> x) {
+  if (factor.kind == kernels::FactorKind::kCholesky) return AppendRows(factor.values, x);
+  kernels::ParallelFor((x.rows + kGroup - 1) / kGroup, 1.0 * x.rows * x.cols * x.cols,
+                       [&](int64_t g) {
+                         const int64_t first = g * kGroup;
+                         const MatrixView<double> rows =
+                             tile::Block(x, first, 0, std::min(kGroup, x.rows - first), x.cols);
+                         AlignedMatrix room(rows.rows, rows.cols);
+                         ApplyFactor(factor, rows, room.view());
+                       });
+}
+
+// M^-1 r of (W4), one row per point.
+AlignedMatrix ReducedBases(const RegressionWeights& weights, ConstMatrixView<double> points,
+                           ConstMatrixView<double> k) {
+  AlignedMatrix reduced(points.rows, weights.basis);
+  if (weights.basis == 0) return reduced;
+  kernels::ParallelFor(points.rows, 2.0 * k.rows * k.cols * weights.basis, [&](int64_t i) {
+    absl::FixedArray<double, 64> sums(weights.basis);
+    WeightedSums(k.row(i), weights.basis_weights, weights.points, weights.basis, sums.data());
+    weights.ReducedBasis(points.cols, points.row(i), sums.data(), reduced.row(i));
+  });
+  return reduced;
+}
+
+void Transpose(ConstMatrixView<double> from, MatrixView<double> to) {
+  for (int64_t i = 0; i < from.rows; ++i) {
+    for (int64_t j = 0; j < from.cols; ++j) to(j, i) = from(i, j);
+  }
 }
 
 }  // namespace
@@ -108,6 +142,122 @@ absl::StatusOr<int64_t> Float64Posterior::Evaluate(ConstMatrixView<double> queri
     }
   }
   return clamped;
+}
+
+absl::StatusOr<JointPrediction> Float64Posterior::PredictJoint(
+    ConstMatrixView<double> points) const {
+  const kernels::CovarianceParameters& parameters = hyperparameters_.covariance;
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, parameters.input_dimension()));
+  JointPrediction joint;
+  joint.mean.resize(points.rows * weights_.outputs);
+  joint.covariance = AlignedMatrix(points.rows, points.rows);
+  const MatrixView<double> covariance = joint.covariance.view();
+  AlignedMatrix cross(points.rows, factor_.values.rows);
+  EGOSIEVE_RETURN_IF_ERROR(
+      kernels::CrossCovariance<double>(*context_, parameters, points, inputs(), cross.view()));
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
+      *context_, parameters, points, 0.0, kernels::Triangle::kLower, covariance));
+  kernels::ParallelFor(
+      points.rows, 2.0 * cross.rows() * cross.cols() * weights_.outputs, [&](int64_t i) {
+        double* mean = &joint.mean[i * weights_.outputs];
+        WeightedSums(cross.row(i), weights_.alpha, cross.cols(), weights_.outputs, mean);
+        weights_.AddMeanFunction(points.cols, points.row(i), mean);
+      });
+  const AlignedMatrix reduced = ReducedBases(weights_, points, cross.view());
+  ApplyFactorInParallel(factor_, cross.view());
+  AddRowProducts(cross.view(), -1, covariance);  // (FP1)
+  AddRowProducts(reduced.view(), 1, covariance);
+  for (int64_t i = 0; i < points.rows; ++i) covariance(i, i) = std::max(0.0, covariance(i, i));
+  MirrorLower(covariance);
+  return joint;
+}
+
+absl::StatusOr<NormalSamples> Float64Posterior::Sample(ConstMatrixView<double> points,
+                                                       const SampleOptions& options) const {
+  EGOSIEVE_ASSIGN_OR_RETURN(JointPrediction joint, PredictJoint(points));
+  std::vector<double> prior(points.rows);
+  for (int64_t i = 0; i < points.rows; ++i) {
+    prior[i] = PriorVariance(hyperparameters_.covariance, points.row(i));
+    if (options.of_observation) joint.covariance.row(i)[i] += hyperparameters_.noise_variance();
+  }
+  return SampleNormal({joint.mean.data(), points.rows, weights_.outputs}, joint.covariance.view(),
+                      prior, options.count, options.seed);
+}
+
+absl::StatusOr<InputGradients> Float64Posterior::PredictGradients(ConstMatrixView<double> points,
+                                                                  PredictWhat what) const {
+  const int64_t dimension = hyperparameters_.covariance.input_dimension();
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, dimension));
+  const int64_t k = weights_.outputs, n = factor_.values.rows;
+  InputGradients gradients;
+  if (points.rows == 0) return gradients;
+  gradients.mean.resize(points.rows * k * dimension);
+  for (int64_t c = 0; c < k; ++c) {  // (FP2)
+    std::vector<double> alpha(n);
+    for (int64_t i = 0; i < n; ++i) alpha[i] = weights_.alpha[i * k + c];
+    EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceInputGradient(
+        hyperparameters_.covariance, points, inputs(), {alpha.data(), points.rows, n, 0},
+        {&gradients.mean[c * dimension], points.rows, dimension, k * dimension}));
+    if (weights_.mean != MeanFunction::kLinear) continue;
+    for (int64_t i = 0; i < points.rows; ++i) {
+      for (int64_t d = 0; d < dimension; ++d) {
+        gradients.mean[(i * k + c) * dimension + d] += weights_.coefficients[(d + 1) * k + c];
+      }
+    }
+  }
+  if (what == PredictWhat::kMean) return gradients;
+  gradients.variance.resize(points.rows * dimension);
+  for (int64_t begin = 0; begin < points.rows; begin += kTile) {
+    const int64_t end = std::min(begin + kTile, points.rows);
+    EGOSIEVE_RETURN_IF_ERROR(
+        VarianceGradients(points.rows_between(begin, end),
+                          {&gradients.variance[begin * dimension], end - begin, dimension}));
+  }
+  return gradients;
+}
+
+absl::Status Float64Posterior::VarianceGradients(ConstMatrixView<double> points,
+                                                 MatrixView<double> out) const {
+  const int64_t n = factor_.values.rows, q = weights_.basis;
+  AlignedMatrix columns(n, points.rows), rows(points.rows, n), u(points.rows, q);
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance<double>(*context_, hyperparameters_.covariance,
+                                                            inputs(), points, columns.view()));
+  Transpose(columns.view(), rows.view());
+  for (int64_t i = 0; q > 0 && i < points.rows; ++i) {
+    absl::FixedArray<double, 64> sums(q);
+    WeightedSums(rows.row(i), weights_.basis_weights, n, q, sums.data());
+    weights_.ReducedBasis(points.cols, points.row(i), sums.data(), u.row(i));
+    SolveLowerTransposed({weights_.information.data(), q, q}, MatrixView<double>(u.row(i), q, 1));
+  }
+  if (factor_.kind == kernels::FactorKind::kCholesky) {
+    SolveLower(factor_.values, columns.view());
+    SolveLowerTransposed(factor_.values, columns.view());
+    Transpose(columns.view(), rows.view());  // K_y^-1 k*, one row per point
+  } else {
+    ApplyFactorInParallel(factor_, rows.view());
+    AlignedMatrix product(points.rows, n);
+    for (int64_t i = 0; i < points.rows; ++i) std::fill_n(product.row(i), n, 0.0);
+    AddProduct(1.0, AsIs(rows.view()), AsIs(factor_.values), n, product.view());
+    rows = std::move(product);
+  }
+  for (int64_t i = 0; i < points.rows; ++i) {
+    for (int64_t j = 0; j < n; ++j) {
+      for (int64_t p = 0; p < q; ++p) {
+        rows.row(i)[j] += weights_.basis_weights[j * q + p] * u.row(i)[p];
+      }
+    }
+  }
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceInputGradient(hyperparameters_.covariance, points,
+                                                            inputs(), rows.view(), out));
+  std::vector<double> prior(points.cols);
+  for (int64_t i = 0; i < points.rows; ++i) {  // (FP3)
+    kernels::PriorVarianceGradient(hyperparameters_.covariance, points.row(i), prior.data());
+    for (int64_t d = 0; d < points.cols; ++d) {
+      out(i, d) = prior[d] - 2.0 * out(i, d);
+      if (weights_.mean == MeanFunction::kLinear) out(i, d) += 2.0 * u.row(i)[d + 1];
+    }
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace egosieve::gp

@@ -1,8 +1,14 @@
 // The posterior of a Gaussian process at one moment, computed in float64 on the host; covariances
 // on the device, if it has float64.
 //
-//   mean, variance   (W3), (W4) of gp/model/regression_weights.h for a factor L, and with |R k*|^2
-//                    in place of |L^-1 k*|^2 for the R of a sparse model
+//   mean(x)                         (W3) of gp/model/regression_weights.h
+//   cov(x, x') = k(x, x') - (F k*).(F k*') + (M^-1 r).(M^-1 r'),   variance(x) = cov(x, x)      (FP1)
+//   d mean / dx = sum_i alpha_i dk(x, x_i) / dx + B^T dh / dx                                   (FP2)
+//   d variance / dx = dk** / dx - 2 sum_i (F^T F k* + W u)_i dk(x, x_i) / dx + 2 u^T dh / dx,
+//     u = A^-1 r                                                                                (FP3)
+//
+// F is L^-1 for a model's factor L, and the R of a sparse model. The outputs share variances and
+// covariances.
 //
 // It shares the model's factor: see IncrementalCholesky::Keep. Cost per query: n (D + 10 + k)
 // multiply-adds for the mean, n^2 / 2 more for the variance; memory: inputs and
@@ -17,6 +23,8 @@
 
 #include "absl/status/statusor.h"
 #include "gp/covariance/hyperparameters.h"
+#include "gp/linalg/aligned_matrix.h"
+#include "gp/linalg/normal_samples.h"
 #include "gp/model/regression_weights.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/base/posterior_model.h"
@@ -31,6 +39,25 @@ struct SharedFactor {
   std::shared_ptr<const void> memory;
 };
 
+struct JointPrediction {
+  std::vector<double> mean;  // M x k
+  AlignedMatrix covariance;  // of f, M x M, symmetric; of each output
+};
+
+// Gradients with respect to the inputs, at M points.
+struct InputGradients {
+  std::vector<double> mean;      // M x k x D
+  std::vector<double> variance;  // of f, M x D; empty if not requested
+};
+
+struct SampleOptions {
+  int64_t count = 1;            // samples of each output
+  uint64_t seed = 0;            // the same seed gives the same samples
+  bool of_observation = false;  // of y instead of f: with sigma_n^2, without v
+};
+
+enum class PredictWhat { kMean, kMeanAndVariance };
+
 class Float64Posterior {
  public:
   // inputs: n x D, copied. `weights` must be determined.
@@ -43,6 +70,16 @@ class Float64Posterior {
   absl::StatusOr<int64_t> Evaluate(kernels::ConstMatrixView<double> queries, double* means,
                                    double* variances) const;
 
+  // Each at M x D points, else InvalidArgument.
+  // Mean and (FP1). Cost: M n^2 + M^2 n flops; memory: M n + M^2 values.
+  absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
+  // Samples of it (gp/linalg/normal_samples.h); of the prior for a model without points.
+  absl::StatusOr<NormalSamples> Sample(kernels::ConstMatrixView<double> points,
+                                       const SampleOptions& options) const;
+  // (FP2), (FP3). Cost: M n D k for the mean, 2 M n^2 for the variance.
+  absl::StatusOr<InputGradients> PredictGradients(kernels::ConstMatrixView<double> points,
+                                                  PredictWhat what) const;
+
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   kernels::ConstMatrixView<double> inputs() const {
     return {inputs_.data(), factor_.values.rows, hyperparameters_.covariance.input_dimension()};
@@ -50,6 +87,10 @@ class Float64Posterior {
   int64_t outputs() const { return weights_.outputs; }
 
  private:
+  // (FP3), points.rows x D.
+  absl::Status VarianceGradients(kernels::ConstMatrixView<double> points,
+                                 kernels::MatrixView<double> out) const;
+
   std::shared_ptr<kernels::Context> context_;
   Hyperparameters hyperparameters_;
   std::vector<double> inputs_;

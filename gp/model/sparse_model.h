@@ -8,8 +8,6 @@
 //                                                           far from the inducing inputs
 //   variance(x) = k(x, x) - |v(x)|^2 + |L_A^-1 v(x)|^2      DTC, FITC                        (SP5)
 //   log p(y) = -1/2 (sum_i log lambda_i + log|A| + y^T Lambda^-1 y - c.A^-1 c + n log 2 pi)   (SP6)
-//   cov(x, x') = k(x, x') - v(x).v(x') + (L_A^-1 v(x)).(L_A^-1 v(x'));                       (SP7)
-//                the subset of regressors has the last term alone
 //
 // Adding or removing a point changes one term of (SP3): m^2 flops, and m^3 / 3 for L_A once per
 // batch. The inducing inputs are chosen anew (n m^2) when a given share of the points or the
@@ -20,8 +18,8 @@
 // sigma_f^2, from at least 1e-10 sigma_f^2 on; jitter() reports it. A change that fails leaves the
 // model as it was, also if memory is exhausted (std::bad_alloc).
 //
-// On a device the posterior evaluates (SP5) as k** - |R k_u|^2 with R^T R = L^-T (I - A^-1) L^-1, R
-// lower triangular.
+// The posteriors evaluate (SP5) as k** - |R k_u|^2 with R^T R = L^-T (I - A^-1) L^-1, R lower
+// triangular.
 //
 // Only one output and the zero mean are supported: points with more outputs are InvalidArgument,
 // other mean functions Unimplemented.
@@ -108,14 +106,6 @@ class SparseModel {
   // (SP4), (SP5) at N x D points in float64; the prior for an empty model.
   absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
                                      PredictWhat what) const;
-  // (SP7) at M x D points, and samples from it, as ExactModel's.
-  absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
-  absl::StatusOr<NormalSamples> Sample(kernels::ConstMatrixView<double> points,
-                                       const SampleOptions& options) const;
-  // Gradients with respect to the inputs, at M x D points in float64, as ExactModel's: M m D flops,
-  // and 4 M m^2 for the variance.
-  absl::StatusOr<InputGradients> PredictGradients(kernels::ConstMatrixView<double> points,
-                                                  PredictWhat what) const;
   // The mean at the model's own points, from stored values.
   std::vector<double> PredictOwnMean() const;
   // (SP6); 0 for an empty model.
@@ -129,7 +119,7 @@ class SparseModel {
   absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
       const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {},
       const kernels::Contexts& devices = {}) const;
-  // The same in float64, on the model's own context.
+  // The same in float64, on the model's own context, which also predicts jointly.
   absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
 
  private:
@@ -144,9 +134,6 @@ class SparseModel {
   }
   // L^-T A^-1 c: the mean is their dot product with k_u(x).
   std::vector<double> MeanCoefficients() const;
-  // points.rows x D.
-  absl::Status VarianceGradients(kernels::ConstMatrixView<double> points,
-                                 kernels::MatrixView<double> out) const;
 
   // Chooses new inducing inputs for `points`, the model's points after `changed` of them were added
   // or removed, if enough have changed. Returns false if not, or if the choice fails.

@@ -53,6 +53,12 @@ void PointPreparation::Prepare(const Input* x, Real* out, int64_t step) const {
   for (int64_t c = 0; c < width_; ++c) out[c * step] = static_cast<Real>(point[c]);
 }
 
+PreparedRows::PreparedRows(const CovarianceParameters& parameters, ConstMatrixView<double> x)
+    : width_(PreparedWidth(parameters)), values_(x.rows * width_) {
+  const PointPreparation preparation(parameters);
+  for (int64_t i = 0; i < x.rows; ++i) preparation.Prepare(x.row(i), &values_[i * width_], 1);
+}
+
 template void PointPreparation::Prepare(const double*, double*, int64_t) const;
 template void PointPreparation::Prepare(const double*, float*, int64_t) const;
 template void PointPreparation::Prepare(const float*, double*, int64_t) const;

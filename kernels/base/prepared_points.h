@@ -43,6 +43,17 @@ class PointPreparation {
   std::vector<double> centre_;
 };
 
+// The points without a centre, one per row.
+class PreparedRows {
+ public:
+  PreparedRows(const CovarianceParameters& parameters, ConstMatrixView<double> x);
+  const double* row(int64_t i) const { return &values_[i * width_]; }
+
+ private:
+  int64_t width_;
+  std::vector<double> values_;
+};
+
 // Prepares one point without a centre.
 template <typename Input, typename Real>
 void PreparePoint(const CovarianceParameters& parameters, const Input* x, Real* out, int64_t step) {

@@ -22,6 +22,14 @@ absl::Status CovarianceInputGradient(const CovarianceParameters& parameters,
                                      ConstMatrixView<double> x, ConstMatrixView<double> z,
                                      ConstMatrixView<double> w, MatrixView<double> out);
 
+// All derivatives of a block, where row i m + j is of k(x_i, z_j), x: n x D, z: m x D:
+//   by_logarithms  (n m) x (scales + 1), by the logarithms of the scales and of sigma_f
+//   by_input       (n m) x D, by x_i
+// Without data: not wanted. InvalidArgument as above.
+absl::Status CovarianceDerivatives(const CovarianceParameters& parameters,
+                                   ConstMatrixView<double> x, ConstMatrixView<double> z,
+                                   MatrixView<double> by_logarithms, MatrixView<double> by_input);
+
 // dk(x, x) / dx; x and out: D values. `parameters` valid.
 void PriorVarianceGradient(const CovarianceParameters& parameters, const double* x, double* out);
 

@@ -5,25 +5,6 @@
 #include "kernels/base/prepared_points.h"
 
 namespace egosieve::kernels::reference {
-namespace {
-
-// Prepared points, one per row.
-class PreparedRows {
- public:
-  PreparedRows(const CovarianceParameters& parameters, ConstMatrixView<double> x)
-      : stride_(PreparedWidth(parameters)), values_(x.rows * stride_) {
-    const PointPreparation preparation(parameters);
-    for (int64_t i = 0; i < x.rows; ++i) preparation.Prepare(x.row(i), &values_[i * stride_], 1);
-  }
-  const double* row(int64_t i) const { return &values_[i * stride_]; }
-
- private:
-  int64_t stride_;
-  std::vector<double> values_;
-};
-
-}  // namespace
-
 double Covariance(const CovarianceParameters& parameters, const double* x, const double* z) {
   const PointPreparation preparation(parameters);
   std::vector<double> a(preparation.width()), b(preparation.width());

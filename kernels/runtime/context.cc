@@ -12,7 +12,6 @@
 #include "kernels/runtime/opencl_device.h"
 #include "kernels/runtime/opencl_error.h"
 #include "kernels/runtime/pocl_cache.h"
-#include "kernels/runtime/program_cache.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -38,6 +37,22 @@ std::string SourceOf(std::string_view file) {
     text.replace(at + 1, end - at, SourceOf(text.substr(name, end - name)));
   }
   return text;
+}
+
+// A program whose build has failed is dropped, not released: after some failures, such as a lack of
+// memory, PoCL 3.1 keeps the program's lock held, and clReleaseProgram would wait for it forever.
+void Build(cl::Program& program, const cl::Device& device, const std::string& options) {
+  try {
+    // Program::build would request the log after any error, and throw that request's error instead.
+    const cl_int code = clBuildProgram(program(), 1, &device(), options.c_str(), nullptr, nullptr);
+    if (code == CL_BUILD_PROGRAM_FAILURE) {
+      throw cl::BuildError(code, "clBuildProgram", program.getBuildInfo<CL_PROGRAM_BUILD_LOG>());
+    }
+    if (code != CL_SUCCESS) throw cl::Error(code, "clBuildProgram");
+  } catch (...) {
+    program() = nullptr;
+    throw;
+  }
 }
 
 }  // namespace
@@ -71,7 +86,6 @@ Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& optio
     : info_(std::move(info)),
       device_(std::move(device)),
       context_(context() == nullptr ? cl::Context(device_) : std::move(context)),
-      program_cache_(options.program_cache),
       most_local_memory_bytes_(options.local_memory_bytes) {
   info_.float64 = info_.float64 && options.float64;
   shares_host_memory_ = info_.type == DeviceType::kCpu && options.shared_memory;
@@ -96,11 +110,11 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
   cl::Program program;
   const absl::Status status =
       CatchOpenClErrors("building " + std::string(file) + " for " + info_.name, [&] {
-        const std::string source = SourceOf("common.cl") + covariance_code + SourceOf(file);
-        program = BuildProgram(context_, device_, info_, source, options, program_cache_);
+        program = cl::Program(context_, SourceOf("common.cl") + covariance_code + SourceOf(file));
+        Build(program, device_, options);
       });
   if (!status.ok()) {
-    // They are dropped like the failed program (program_cache.cc). PoCL 3.1 may have kept its
+    // They are dropped like the failed program. PoCL 3.1 may have kept its
     // compiler's lock, for which the release of any program waits, and, after a lack of memory,
     // also the next build.
     for (auto& [name, built] : programs_) built() = nullptr;

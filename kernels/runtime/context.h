@@ -17,8 +17,6 @@ struct ContextOptions {
   // An index of ListDevices(), a part of a device's name, "cpu", "gpu" or "reference". Empty: the
   // environment variable EGOSIEVE_DEVICE; if that is not set, a GPU if there is one, else a CPU.
   std::string device;
-  // Keeps compiled programs in the user's cache folder.
-  bool program_cache = true;
   // False: treats the device as one without float64; operations that need it run on the host.
   bool float64 = true;
   // False: treats the device as one with its own memory, even a CPU: arrays are copied to it and

@@ -91,7 +91,6 @@ class Context {
   cl::Device device_;
   cl::Context context_;
   bool shares_host_memory_ = false;
-  bool program_cache_ = false;
   KernelTuning tuning_;
   int64_t most_local_memory_bytes_ = 0;  // 0: no limit but the device's
   // A std::mutex, because Debian's absl::Mutex is not instrumented for the thread sanitizer.

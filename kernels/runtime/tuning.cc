@@ -16,7 +16,6 @@ struct Field {
   int KernelTuning::*member;
   int least;
   int most;
-  const char* former_name = "";  // name in tables of earlier versions
 };
 
 constexpr std::array<Field, 10> kFields = {{
@@ -24,11 +23,11 @@ constexpr std::array<Field, 10> kFields = {{
     {"mean_width", &KernelTuning::mean_width, 1, 8},
     {"width", &KernelTuning::width, 1, 8},
     {"panel", &KernelTuning::panel, 1, 32},
-    {"panels_per_group", &KernelTuning::panels_per_group, 1, 64, "panels_a_group"},
+    {"panels_per_group", &KernelTuning::panels_per_group, 1, 64},
     {"depth", &KernelTuning::depth, 4, 4096},
     {"micro_tiles", &KernelTuning::micro_tiles, 1, 64},
     {"work_group", &KernelTuning::work_group, 1, 1024},
-    {"groups_per_unit", &KernelTuning::groups_per_unit, 1, 64, "groups_a_unit"},
+    {"groups_per_unit", &KernelTuning::groups_per_unit, 1, 64},
     {"local_tiles", &KernelTuning::local_tiles, 0, 1},
 }};
 
@@ -108,7 +107,7 @@ KernelTuning ParseTuning(std::string_view text, const KernelTuning& defaults) {
     int value;
     if (words.size() != 2 || !absl::SimpleAtoi(words[1], &value)) continue;
     for (const Field& field : kFields) {
-      if (words[0] == field.name || words[0] == field.former_name) tuning.*field.member = value;
+      if (words[0] == field.name) tuning.*field.member = value;
     }
   }
   return tuning.Validate().ok() ? tuning : defaults;

@@ -60,7 +60,7 @@ TEST(JointPosterior, IsTheTextbooks) {
   auto generator = TestGenerator();
   const Problem problem(150, 1, generator);
   const ExactModel model = problem.Model();
-  const auto joint = model.PredictJoint(ViewOf(problem.queries));
+  const auto joint = (*model.MakeFloat64Posterior())->PredictJoint(ViewOf(problem.queries));
   ASSERT_TRUE(joint.ok()) << joint.status();
   const RowMatrix cross = Covariances(problem.theta, problem.queries, problem.x);
   const Eigen::LLT<Eigen::MatrixXd> llt(problem.Gram());
@@ -84,14 +84,14 @@ TEST(JointPosterior, WithoutPointsIsThePrior) {
   const Problem problem(1, 1, generator);
   auto model = ExactModel::Create(TestContext(), problem.theta);
   ASSERT_TRUE(model.ok());
-  const auto joint = model->PredictJoint(ViewOf(problem.queries));
+  const auto joint = (*model->MakeFloat64Posterior())->PredictJoint(ViewOf(problem.queries));
   ASSERT_TRUE(joint.ok()) << joint.status();
   const RowMatrix prior = Covariances(problem.theta, problem.queries, problem.queries);
   EXPECT_LE((CopyOf(joint->covariance.view()) - prior).cwiseAbs().maxCoeff(), 1e-14);
   EXPECT_THAT(joint->mean, testing::Each(0.0));
   SampleOptions options;
   options.count = 2;
-  const auto samples = model->Sample(ViewOf(problem.queries), options);
+  const auto samples = (*model->MakeFloat64Posterior())->Sample(ViewOf(problem.queries), options);
   ASSERT_TRUE(samples.ok()) << samples.status();
   EXPECT_NE(samples->values.row(0)[0], samples->values.row(0)[1]);
 }
@@ -101,13 +101,13 @@ TEST(JointPosterior, SamplesHaveItsMoments) {
   const Problem problem(60, 2, generator);
   const ExactModel model = problem.Model();
   const RowMatrix queries = problem.queries.topRows(4);
-  const auto joint = model.PredictJoint(ViewOf(queries));
+  const auto joint = (*model.MakeFloat64Posterior())->PredictJoint(ViewOf(queries));
   ASSERT_TRUE(joint.ok());
   SampleOptions options;
   options.count = 20000;
   for (const bool of_observation : {false, true}) {
     options.of_observation = of_observation;
-    const auto samples = model.Sample(ViewOf(queries), options);
+    const auto samples = (*model.MakeFloat64Posterior())->Sample(ViewOf(queries), options);
     ASSERT_TRUE(samples.ok()) << samples.status();
     ASSERT_EQ(samples->values.cols(), 2 * options.count);
     RowMatrix sigma = CopyOf(joint->covariance.view());
@@ -191,7 +191,7 @@ TEST(SparseJointPosterior, IsTheExactOneWithAllPointsInducing) {
   auto generator = TestGenerator();
   const Problem problem(80, 1, generator);
   const ExactModel exact = problem.Model();
-  const auto expected = exact.PredictJoint(ViewOf(problem.queries));
+  const auto expected = (*exact.MakeFloat64Posterior())->PredictJoint(ViewOf(problem.queries));
   ASSERT_TRUE(expected.ok());
   const std::vector<double> y(problem.y.data(), problem.y.data() + problem.y.size());
   for (const auto kind : {SparseApproximation::kDtc, SparseApproximation::kFitc}) {
@@ -201,7 +201,7 @@ TEST(SparseJointPosterior, IsTheExactOneWithAllPointsInducing) {
     auto model = SparseModel::Create(TestContext(), problem.theta, options);
     ASSERT_TRUE(model.ok());
     ASSERT_TRUE(model->AddTargets(ViewOf(problem.x), y, 0).ok());
-    const auto joint = model->PredictJoint(ViewOf(problem.queries));
+    const auto joint = (*model->MakeFloat64Posterior())->PredictJoint(ViewOf(problem.queries));
     ASSERT_TRUE(joint.ok()) << joint.status();
     const RowMatrix difference =
         CopyOf(joint->covariance.view()) - CopyOf(expected->covariance.view());
@@ -212,7 +212,7 @@ TEST(SparseJointPosterior, IsTheExactOneWithAllPointsInducing) {
     EXPECT_NEAR(joint->covariance.row(3)[3], marginal->variance[3], 1e-12);
     SampleOptions samples;
     samples.count = 3;
-    EXPECT_TRUE(model->Sample(ViewOf(problem.queries), samples).ok());
+    EXPECT_TRUE((*model->MakeFloat64Posterior())->Sample(ViewOf(problem.queries), samples).ok());
   }
 }
 

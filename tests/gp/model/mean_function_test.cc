@@ -78,7 +78,7 @@ TEST_P(MeanFunctionTest, IsTheTextbooks) {
                                r * information * r.transpose();
   // n eps cond(K) of targets up to 50 and variances up to 50.
   const double tolerance = 80 * 2.2e-16 * gram.trace() / theta_.noise_variance() * 50.0;
-  const auto joint = model.PredictJoint(ViewOf(queries_));
+  const auto joint = (*model.MakeFloat64Posterior())->PredictJoint(ViewOf(queries_));
   ASSERT_TRUE(joint.ok()) << joint.status();
   EXPECT_LE((CopyOf(joint->covariance.view()) - covariance).cwiseAbs().maxCoeff(), tolerance);
   const auto marginal = model.Predict(ViewOf(queries_), PredictWhat::kMeanAndVariance);

@@ -42,7 +42,6 @@ class KernelVariants : public testing::Test {
 
   void SetUp() override {
     ContextOptions options;
-    options.program_cache = false;
     const auto context = OpenContext(options);
     ASSERT_TRUE(context.ok()) << context.status();
     context_ = *context;

@@ -10,7 +10,7 @@
 namespace egosieve::kernels {
 namespace {
 
-// A table of kernel shapes, or programs, in the user's cache folder would decide what tests run.
+// A table of kernel shapes in the user's cache folder would decide what tests run.
 TEST(CacheFolder, ThatOfTestsIsNotTheUsers) {
   EXPECT_EQ(CacheFolder(), "/dev/null/none");
   EXPECT_FALSE(WriteCacheFile(CacheFolder() + "/file", "x").ok());
@@ -82,12 +82,6 @@ TEST(Tuning, DamagedTablesAreIgnored) {
     EXPECT_EQ(ParseTuning(text, defaults), defaults) << text;
   }
   EXPECT_EQ(ParseTuning("nonsense\npanel 9\nnonsense", defaults).panel, 9);
-}
-
-TEST(Tuning, TablesOfEarlierVersionsAreRead) {
-  const KernelTuning tuning = ParseTuning("panels_a_group 7\ngroups_a_unit 3\n", DefaultTuning(8));
-  EXPECT_EQ(tuning.panels_per_group, 7);
-  EXPECT_EQ(tuning.groups_per_unit, 3);
 }
 
 TEST(Tuning, DefaultsAreValid) {

@@ -51,7 +51,6 @@ namespace {
 
 TEST(FailedBuild, IsNotReleased) {
   ContextOptions options;
-  options.program_cache = false;
   auto context = OpenContext(options);
   ASSERT_TRUE(context.ok()) << context.status();
   if ((*context)->is_reference()) GTEST_SKIP() << "the reference compiles nothing";

@@ -294,7 +294,6 @@ int Run(const std::string& device) {
   for (const KernelTuning& shape : shapes) {
     ContextOptions options;
     options.device = device;
-    options.program_cache = false;
     options.tuning = shape;
     options.tuning->groups_per_unit = 2;
     // The points of EveryFunction need smaller blocks.

@@ -86,15 +86,6 @@ absl::Status Enqueue(const DevicePosterior& at, const egosieve_device_call* call
 }
 
 }  // namespace
-}  // namespace egosieve::embed
-
-using egosieve::embed::AllPosteriors;
-using egosieve::embed::CheckPointer;
-using egosieve::embed::DevicePosterior;
-using egosieve::embed::LearningModel;
-using egosieve::embed::WithModel;
-using egosieve::embed::WithPosterior;
-
 extern "C" {
 
 void egosieve_device_call_init(egosieve_device_call* call) {
@@ -108,8 +99,7 @@ egosieve_status egosieve_gp_posterior_on_devices(egosieve_gp* gp, const char* co
                                                  egosieve_posterior** posterior) {
   return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("posterior", posterior));
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto contexts,
-                              egosieve::embed::ContextsOf(devices, device_count));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto contexts, ContextsOf(devices, device_count));
     EGOSIEVE_ASSIGN_OR_RETURN(DevicePosterior made, model.PosteriorOn(contexts));
     EGOSIEVE_ASSIGN_OR_RETURN(
         *posterior,
@@ -121,7 +111,7 @@ egosieve_status egosieve_gp_posterior_on_devices(egosieve_gp* gp, const char* co
 egosieve_status egosieve_posterior_float32_error(egosieve_posterior* posterior, double* mean,
                                                  double* variance, double* deviation) {
   return WithPosterior(__func__, posterior, [&](const DevicePosterior& found) -> absl::Status {
-    EGOSIEVE_ASSIGN_OR_RETURN(const egosieve::gp::Float32Error error,
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::Float32Error error,
                               found.posterior->Error(/*with_variance=*/true));
     if (mean != nullptr) *mean = error.mean;
     if (variance != nullptr) *variance = error.variance;
@@ -133,7 +123,7 @@ egosieve_status egosieve_posterior_float32_error(egosieve_posterior* posterior, 
 egosieve_status egosieve_posterior_opencl(egosieve_posterior* posterior, void** opencl_context,
                                           void** opencl_device) {
   return WithPosterior(__func__, posterior, [&](const DevicePosterior& found) -> absl::Status {
-    EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::CheckOnDevice(found));
+    EGOSIEVE_RETURN_IF_ERROR(CheckOnDevice(found));
     if (opencl_context != nullptr) *opencl_context = found.context->cl_context()();
     if (opencl_device != nullptr) *opencl_device = found.context->cl_device()();
     return absl::OkStatus();
@@ -142,9 +132,10 @@ egosieve_status egosieve_posterior_opencl(egosieve_posterior* posterior, void** 
 
 egosieve_status egosieve_posterior_enqueue(egosieve_posterior* posterior,
                                            const egosieve_device_call* call, void** event) {
-  return WithPosterior(__func__, posterior, [&](const DevicePosterior& found) {
-    return egosieve::embed::Enqueue(found, call, event);
-  });
+  return WithPosterior(__func__, posterior,
+                       [&](const DevicePosterior& found) { return Enqueue(found, call, event); });
 }
 
 }  // extern "C"
+
+}  // namespace egosieve::embed

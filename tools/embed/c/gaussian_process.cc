@@ -9,7 +9,6 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/embed/c/array_access.h"
-#include "tools/embed/c/byte_output.h"
 #include "tools/embed/c/device_contexts.h"
 #include "tools/embed/c/last_error.h"
 #include "tools/embed/c/learning_model.h"
@@ -27,45 +26,58 @@ absl::StatusOr<InputArray> TargetsOf(const egosieve_const_array* y, int64_t coun
   return targets;
 }
 
+// The caller's points in float64, packed.
+struct GivenPoints {
+  std::vector<double> x, y, v;  // v: of the rows, empty where not given
+  int64_t rows = 0, outputs = 0;
+
+  static absl::StatusOr<GivenPoints> Read(const LearningModel& model, const egosieve_const_array* x,
+                                          const egosieve_const_array* y, const char* v_name,
+                                          const egosieve_const_array* v) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray inputs, InputArray::Matrix("x", x));
+    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, TargetsOf(y, inputs.rows()));
+    if (inputs.columns() != model.dimension()) {
+      return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
+                                                        inputs.columns(), model.dimension()));
+    }
+    if (targets.rows() != inputs.rows()) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("y: %d values; x has %d rows", targets.rows(), inputs.rows()));
+    }
+    if (targets.rows() > 0 && targets.columns() < 1) {
+      return absl::InvalidArgumentError("y: no columns");
+    }
+    // Queries are float32, so a point beyond its range could never be queried.
+    EGOSIEVE_RETURN_IF_ERROR(inputs.CheckFinite<float>());
+    EGOSIEVE_RETURN_IF_ERROR(targets.CheckFinite<double>());
+    GivenPoints points{inputs.Values(), targets.Values(), {}, inputs.rows(), targets.columns()};
+    if (v == nullptr) return points;
+    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray values, InputArray::Vector(v_name, v));
+    if (values.rows() != inputs.rows()) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("%s: %d values; x has %d rows", v_name, values.rows(), inputs.rows()));
+    }
+    points.v = values.Values();
+    for (size_t i = 0; i < points.v.size(); ++i) {
+      if (!(points.v[i] >= 0.0 && std::isfinite(points.v[i]))) {
+        return absl::InvalidArgumentError(absl::StrFormat(
+            "%s(%d) = %g; it must be finite and not negative", v_name, i, points.v[i]));
+      }
+    }
+    return points;
+  }
+  kernels::ConstMatrixView<double> inputs(const LearningModel& model) const {
+    return {x.data(), rows, model.dimension()};
+  }
+};
+
 // v null: the points have no noise of their own.
 absl::Status ConditionOn(LearningModel& model, const egosieve_const_array* x,
                          const egosieve_const_array* y, const egosieve_const_array* v) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray inputs, InputArray::Matrix("x", x));
-  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, TargetsOf(y, inputs.rows()));
-  if (inputs.columns() != model.dimension()) {
-    return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
-                                                      inputs.columns(), model.dimension()));
-  }
-  if (targets.rows() != inputs.rows()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("y: %d values; x has %d rows", targets.rows(), inputs.rows()));
-  }
-  if (targets.rows() > 0 && targets.columns() < 1) {
-    return absl::InvalidArgumentError("y: no columns");
-  }
-  // Queries are float32, so a point beyond its range could never be queried.
-  EGOSIEVE_RETURN_IF_ERROR(inputs.CheckFinite<float>());
-  EGOSIEVE_RETURN_IF_ERROR(targets.CheckFinite<double>());
-  std::vector<double> noise;
-  if (v != nullptr) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray variances, InputArray::Vector("v", v));
-    if (variances.rows() != inputs.rows()) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("v: %d values; x has %d rows", variances.rows(), inputs.rows()));
-    }
-    noise = variances.Values();
-    for (size_t i = 0; i < noise.size(); ++i) {
-      if (!(noise[i] >= 0.0 && std::isfinite(noise[i]))) {
-        return absl::InvalidArgumentError(
-            absl::StrFormat("v(%d) = %g; it must be finite and not negative", i, noise[i]));
-      }
-    }
-  }
-  if (inputs.rows() == 0) return absl::OkStatus();
-  const std::vector<double> points = inputs.Values(), values = targets.Values();
-  return model.Condition({{points.data(), inputs.rows(), inputs.columns()},
-                          {values.data(), targets.rows(), targets.columns()},
-                          noise});
+  EGOSIEVE_ASSIGN_OR_RETURN(const GivenPoints points, GivenPoints::Read(model, x, y, "v", v));
+  if (points.rows == 0) return absl::OkStatus();
+  return model.Condition(
+      {points.inputs(model), {points.y.data(), points.rows, points.outputs}, points.v});
 }
 
 gp::PointSet PointsOf(const LearningModel& model) {
@@ -96,8 +108,10 @@ absl::Status CopyPoints(const LearningModel& model, const egosieve_array* x,
   return absl::OkStatus();
 }
 
-absl::Status Optimize(LearningModel& model, const egosieve_optimize_options* options,
-                      egosieve_optimize_result* result) {
+// Runs `search` with the options, null where the caller's are, and gives the caller its result.
+template <typename Search>
+absl::Status OptimizeBy(const LearningModel& model, const egosieve_optimize_options* options,
+                        egosieve_optimize_result* result, const Search& run) {
   egosieve_optimize_options wishes;
   egosieve_optimize_options_init(&wishes);
   if (options != nullptr) EGOSIEVE_RETURN_IF_ERROR(ReadStruct("options", options, wishes));
@@ -127,7 +141,7 @@ absl::Status Optimize(LearningModel& model, const egosieve_optimize_options* opt
     return absl::InvalidArgumentError(absl::StrFormat(
         "result.on_bound_count = %d; there are %d hyperparameters", values.on_bound_count, count));
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(const SearchResult found, model.Optimize(search));
+  EGOSIEVE_ASSIGN_OR_RETURN(const SearchResult found, run(search));
   if (result == nullptr) return absl::OkStatus();
   values.log_likelihood_at_start = found.log_likelihood_at_start;
   values.log_likelihood = found.log_likelihood;
@@ -140,6 +154,21 @@ absl::Status Optimize(LearningModel& model, const egosieve_optimize_options* opt
   }
   WriteStruct(values, result);
   return absl::OkStatus();
+}
+
+absl::Status Classify(LearningModel& model, const egosieve_const_array* x,
+                      const egosieve_const_array* y, const egosieve_const_array* weights,
+                      const egosieve_optimize_options* options, egosieve_optimize_result* result) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const GivenPoints points,
+                            GivenPoints::Read(model, x, y, "weights", weights));
+  if (points.outputs != 1 || points.rows == 0) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "y: %d x %d; labels are one column of at least one row", points.rows, points.outputs));
+  }
+  return OptimizeBy(model, options, result, [&](const SearchOptions& search) {
+    return model.Classify({points.inputs(model), points.y, points.v},
+                          options == nullptr ? nullptr : &search);
+  });
 }
 
 egosieve_gp_info InfoOf(const LearningModel::Description& description) {
@@ -175,16 +204,8 @@ egosieve_gp_info InfoOf(const LearningModel::Description& description) {
 }
 
 }  // namespace
-}  // namespace egosieve::embed
-
 // More than any covariance has; a larger count is an error.
 constexpr int64_t kMostScales = int64_t{1} << 20;
-
-using egosieve::embed::AllModels;
-using egosieve::embed::CheckPointer;
-using egosieve::embed::Guard;
-using egosieve::embed::LearningModel;
-using egosieve::embed::WithModel;
 
 extern "C" {
 
@@ -195,7 +216,7 @@ void egosieve_gp_options_init(egosieve_gp_options* options) {
   options->covariance = EGOSIEVE_ARCSINE;
   options->signal_stddev = 1.0;
   options->noise_stddev = 0.1;
-  options->inducing_points = egosieve::gp::SparseModelOptions().inducing_points;
+  options->inducing_points = gp::SparseModelOptions().inducing_points;
 }
 
 void egosieve_gp_info_init(egosieve_gp_info* info) {
@@ -206,7 +227,7 @@ void egosieve_gp_info_init(egosieve_gp_info* info) {
 
 void egosieve_optimize_options_init(egosieve_optimize_options* options) {
   if (options == nullptr) return;
-  const egosieve::embed::SearchOptions defaults;
+  const SearchOptions defaults;
   *options = egosieve_optimize_options{};
   options->struct_size = sizeof *options;
   options->subset_size = defaults.subset_size;
@@ -227,15 +248,14 @@ egosieve_status egosieve_gp_create(const egosieve_gp_options* options, egosieve_
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("gp", gp));
     egosieve_gp_options wishes;
     egosieve_gp_options_init(&wishes);
-    EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::ReadStruct("options", options, wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto hyperparameters,
-                              egosieve::embed::HyperparametersOf(wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto sparse, egosieve::embed::SparseOptionsOf(wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(auto context, wishes.opencl_context == nullptr
-                                                ? egosieve::embed::ContextOf(wishes.device)
-                                                : egosieve::embed::ContextOn(wishes.opencl_context,
-                                                                             wishes.opencl_device));
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto dense, egosieve::embed::PosteriorOptionsOf(wishes));
+    EGOSIEVE_RETURN_IF_ERROR(ReadStruct("options", options, wishes));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto hyperparameters, HyperparametersOf(wishes));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto sparse, SparseOptionsOf(wishes));
+    EGOSIEVE_ASSIGN_OR_RETURN(auto context,
+                              wishes.opencl_context == nullptr
+                                  ? ContextOf(wishes.device)
+                                  : ContextOn(wishes.opencl_context, wishes.opencl_device));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto dense, PosteriorOptionsOf(wishes));
     EGOSIEVE_ASSIGN_OR_RETURN(
         auto model, LearningModel::Create(std::move(context), hyperparameters, sparse, dense));
     EGOSIEVE_ASSIGN_OR_RETURN(*gp, AllModels().Insert(std::move(model)));
@@ -250,17 +270,14 @@ egosieve_status egosieve_gp_free(egosieve_gp* gp) {
 
 egosieve_status egosieve_gp_condition(egosieve_gp* gp, const egosieve_const_array* x,
                                       const egosieve_const_array* y) {
-  return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::ConditionOn(model, x, y, nullptr);
-  });
+  return WithModel(__func__, gp,
+                   [&](LearningModel& model) { return ConditionOn(model, x, y, nullptr); });
 }
 
 egosieve_status egosieve_gp_condition_noisy(egosieve_gp* gp, const egosieve_const_array* x,
                                             const egosieve_const_array* y,
                                             const egosieve_const_array* v) {
-  return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::ConditionOn(model, x, y, v);
-  });
+  return WithModel(__func__, gp, [&](LearningModel& model) { return ConditionOn(model, x, y, v); });
 }
 
 egosieve_status egosieve_gp_remove(egosieve_gp* gp, const int64_t* rows, int64_t count) {
@@ -278,22 +295,20 @@ egosieve_status egosieve_gp_remove(egosieve_gp* gp, const int64_t* rows, int64_t
 
 egosieve_status egosieve_gp_describe(egosieve_gp* gp, egosieve_gp_info* info) {
   return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
-    EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::CheckStruct("info", info));
-    egosieve::embed::WriteStruct(egosieve::embed::InfoOf(model.Describe()), info);
+    EGOSIEVE_RETURN_IF_ERROR(CheckStruct("info", info));
+    WriteStruct(InfoOf(model.Describe()), info);
     return absl::OkStatus();
   });
 }
 
 egosieve_status egosieve_gp_points(egosieve_gp* gp, const egosieve_array* x,
                                    const egosieve_array* y) {
-  return WithModel(__func__, gp,
-                   [&](LearningModel& model) { return egosieve::embed::CopyPoints(model, x, y); });
+  return WithModel(__func__, gp, [&](LearningModel& model) { return CopyPoints(model, x, y); });
 }
 
 egosieve_status egosieve_gp_noise_variances(egosieve_gp* gp, const egosieve_array* v) {
-  return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::CopyNoiseVariances(model, v);
-  });
+  return WithModel(__func__, gp,
+                   [&](LearningModel& model) { return CopyNoiseVariances(model, v); });
 }
 
 egosieve_status egosieve_gp_scales(egosieve_gp* gp, double* scales, int64_t count) {
@@ -313,7 +328,7 @@ egosieve_status egosieve_gp_covariance_text(egosieve_gp* gp, void* text, int64_t
                                             int64_t* size) {
   return WithModel(__func__, gp, [&](LearningModel& model) {
     const std::string name(model.Describe().hyperparameters.covariance.function.text());
-    return egosieve::embed::GiveBytes(name, text, capacity, size);
+    return GiveBytes(name, text, capacity, size);
   });
 }
 
@@ -334,7 +349,18 @@ egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, const double* s
 egosieve_status egosieve_gp_optimize(egosieve_gp* gp, const egosieve_optimize_options* options,
                                      egosieve_optimize_result* result) {
   return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::Optimize(model, options, result);
+    return OptimizeBy(model, options, result,
+                      [&](const SearchOptions& search) { return model.Optimize(search); });
+  });
+}
+
+egosieve_status egosieve_gp_classify(egosieve_gp* gp, const egosieve_const_array* x,
+                                     const egosieve_const_array* y,
+                                     const egosieve_const_array* weights,
+                                     const egosieve_optimize_options* options,
+                                     egosieve_optimize_result* result) {
+  return WithModel(__func__, gp, [&](LearningModel& model) {
+    return Classify(model, x, y, weights, options, result);
   });
 }
 
@@ -343,3 +369,5 @@ egosieve_status egosieve_gp_calibrate(egosieve_gp* gp) {
 }
 
 }  // extern "C"
+
+}  // namespace egosieve::embed

@@ -14,6 +14,7 @@
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/model/inducing_points.h"
 #include "gp/training/bounded_ascent.h"
+#include "gp/training/laplace_approximation.h"
 #include "gp/training/marginal_likelihood.h"
 #include "kernels/base/status_macros.h"
 
@@ -122,6 +123,15 @@ class Objective {
   absl::StatusOr<gp::MarginalLikelihood> Likelihood(const gp::Hyperparameters& there,
                                                     const gp::Observations& data,
                                                     gp::LikelihoodOrder order) const {
+    if (options_.of_classes) {
+      const absl::Span<const double> labels(data.targets.data, data.targets.rows);
+      EGOSIEVE_ASSIGN_OR_RETURN(
+          gp::LaplaceApproximation laplace,
+          gp::ApproximateByLaplace(context_, there.covariance,
+                                   {data.inputs, labels, data.noise_variances}, order));
+      if (!laplace.gradient.empty()) laplace.gradient.push_back(0.0);
+      return gp::MarginalLikelihood{laplace.log_likelihood, std::move(laplace.gradient)};
+    }
     if (!sparse_.has_value()) {
       return gp::ComputeMarginalLikelihood(context_, there, data, order);
     }
@@ -167,31 +177,37 @@ absl::StatusOr<gp::AscentResult> AscendFrom(std::vector<double> theta, Objective
   return best;
 }
 
-double RootMeanSquare(absl::Span<const double> values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value * value;
-  const double root = std::sqrt(sum / static_cast<double>(std::max<size_t>(values.size(), 1)));
+// 1 if it is 0 or not finite.
+double PositiveRoot(double square) {
+  const double root = std::sqrt(square);
   return root > 0.0 && std::isfinite(root) ? root : 1.0;
 }
 
-// Root mean square of column d around its mean.
-double SpreadOf(kernels::ConstMatrixView<double> inputs, int64_t d) {
-  std::vector<double> column(inputs.rows);
-  double mean = 0.0;
-  for (int64_t i = 0; i < inputs.rows; ++i) mean += inputs(i, d) / inputs.rows;
-  for (int64_t i = 0; i < inputs.rows; ++i) column[i] = inputs(i, d) - mean;
-  return RootMeanSquare(column);
+// Root mean square of column d around its mean. weights: of the rows; empty: all 1.
+double SpreadOf(kernels::ConstMatrixView<double> inputs, int64_t d,
+                absl::Span<const double> weights) {
+  const auto weight = [&](int64_t i) { return weights.empty() ? 1.0 : weights[i]; };
+  double total = 0.0, mean = 0.0, square = 0.0;
+  for (int64_t i = 0; i < inputs.rows; ++i) total += weight(i);
+  for (int64_t i = 0; i < inputs.rows; ++i) mean += weight(i) * inputs(i, d) / total;
+  for (int64_t i = 0; i < inputs.rows; ++i) {
+    square += weight(i) * (inputs(i, d) - mean) * (inputs(i, d) - mean) / total;
+  }
+  return PositiveRoot(square);
 }
 
 // Root mean square of the targets; around the mean of each output if `centred`.
 double SizeOf(kernels::ConstMatrixView<double> targets, bool centred) {
-  std::vector<double> values;
+  const double count = static_cast<double>(targets.rows * targets.cols);
+  double square = 0.0;
   for (int64_t c = 0; c < targets.cols; ++c) {
     double mean = 0.0;
     for (int64_t i = 0; centred && i < targets.rows; ++i) mean += targets(i, c) / targets.rows;
-    for (int64_t i = 0; i < targets.rows; ++i) values.push_back(targets(i, c) - mean);
+    for (int64_t i = 0; i < targets.rows; ++i) {
+      square += (targets(i, c) - mean) * (targets(i, c) - mean);
+    }
   }
-  return RootMeanSquare(values);
+  return PositiveRoot(square / count);
 }
 
 // theta_0 and the default bounds.
@@ -200,7 +216,7 @@ struct Ranges {
   gp::HyperparameterBounds bounds;
 };
 
-Ranges RangesOf(const gp::Hyperparameters& kind, const gp::Observations& data) {
+Ranges RangesOf(const gp::Hyperparameters& kind, const gp::Observations& data, bool of_classes) {
   const kernels::ConstMatrixView<double>& inputs = data.inputs;
   Ranges ranges;
   const auto add = [&](double start, double lower, double upper) {
@@ -209,7 +225,11 @@ Ranges RangesOf(const gp::Hyperparameters& kind, const gp::Observations& data) {
     ranges.bounds.upper.push_back(std::log(upper));
   };
   std::vector<double> spreads;
-  for (int64_t d = 0; d < inputs.cols; ++d) spreads.push_back(SpreadOf(inputs, d));
+  for (int64_t d = 0; d < inputs.cols; ++d) {
+    spreads.push_back(
+        SpreadOf(inputs, d, of_classes ? data.noise_variances : absl::Span<const double>()));
+  }
+  const double root = std::sqrt(static_cast<double>(inputs.cols));  // distances grow with it
   const double largest = *std::max_element(spreads.begin(), spreads.end());
   using Unit = kernels::ScaleGroup::Unit;
   for (const kernels::ScaleGroup& group : kind.covariance.function.description().scale_groups()) {
@@ -220,13 +240,18 @@ Ranges RangesOf(const gp::Hyperparameters& kind, const gp::Observations& data) {
           add(1.0, 1e-5, 1e5);
           break;
         case Unit::kInput:
-          add(0.5 * spread, 1e-4 * spread, 1e6 * spread);
+          add(0.5 * root * spread, 1e-4 * spread, 1e6 * spread);
           break;
         case Unit::kInverseInput:
-          add(2.0 / spread, 1e-6 / spread, 1e4 / spread);
+          add(2.0 / (root * spread), 1e-6 / spread, 1e4 / spread);
           break;
       }
     }
+  }
+  if (of_classes) {
+    add(1.0, 1e-3, 300.0);
+    add(kind.noise_stddev, kind.noise_stddev, kind.noise_stddev);
+    return ranges;
   }
   const double size = SizeOf(data.targets, kind.mean != gp::MeanFunction::kZero);
   const double around_mean = std::clamp(SizeOf(data.targets, true), 1e-8 * size, size);
@@ -310,7 +335,7 @@ absl::StatusOr<SearchResult> SearchHyperparameters(
         "hyperparameters need at least 2 points to be optimised on; there are %d", data.size()));
   }
   const Subset subset = DrawSubset(data, options.subset_size, options.seed);
-  Ranges ranges = RangesOf(start, subset.view());
+  Ranges ranges = RangesOf(start, subset.view(), options.of_classes);
   std::vector<double> given = gp::ToLogarithms(start);
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::HyperparameterBounds bounds,
                             BoundsOf(options, ranges.bounds, given));

@@ -3,8 +3,9 @@
 //
 //   J(theta) = log p(y_S | X_S, theta),   theta = logarithms of scales, sigma_f, sigma_n
 //
-//   for a sparse model the objective of gp/training/sparse_likelihood.h instead of log p: VFE for
-//   DTC, FITC's likelihood for FITC
+//   instead of log p, for a sparse model the objective of gp/training/sparse_likelihood.h: VFE for
+//   DTC, FITC's likelihood for FITC; for classes log Z of gp/training/laplace_approximation.h, with
+//   sigma_n fixed, s_y and s_m 1, s_d of the weighted inputs, and sigma_f at most 300
 //
 //   1. S: all points, or a random subset of `subset_size`
 //   2. starts: the given theta, or theta_0, which follows the data, where its J is higher; then
@@ -15,11 +16,13 @@
 // mean function that around the mean of each output, and s_m that around the mean in any case:
 //
 //                      theta_0     restarts, log-uniform     bounds
-//   lengths            s_d / 2     1/20 to 20 theta_0        [1e-4, 1e6] s_d
-//   weights w_d        2 / s_d     the same                  [1e-6, 1e4] / s_d
+//   lengths            s_d r / 2   1/20 to 20 theta_0        [1e-4, 1e6] s_d
+//   weights w_d        2 / s_d r   the same                  [1e-6, 1e4] / s_d
 //   w_0 and others     1           the same                  [1e-5, 1e5]
 //   sigma_f            s_y         the same                  1e-3 s_m to 1e4 s_y
 //   sigma_n            s_m / 10    the same                  1e-5 s_m to 10 s_y
+//
+// r = sqrt(D), since the distance of two points is about s_d sqrt(2 D).
 //
 // The caller may give bounds for any of them; equal ones keep a value fixed. Default bounds are
 // widened to include the given theta.
@@ -58,6 +61,7 @@ struct SearchOptions {
   uint64_t seed = 1;          // of the subset and the restarts
   // Bounds of scales, sigma_f and sigma_n; empty or NaN: the default.
   std::vector<double> lower, upper;
+  bool of_classes = false;  // targets are labels, noise variances the points' weights
   // Asked before each evaluation of J; true ends the search with Cancelled. May be empty.
   std::function<bool()> should_stop;
 

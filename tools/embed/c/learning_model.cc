@@ -9,10 +9,13 @@
 namespace egosieve::embed {
 namespace {
 
+constexpr double kLaplaceNoise = 1e-3;  // sigma_n, part of the noise variances 1 / W
+
 // Labels are -1 and 1, or between. Values that are all 0 or 1 satisfy this, too, but almost always
 // follow the other convention for labels; their probabilities would be wrong.
 template <typename Model>
-absl::Status CheckLabels(const Model& model) {
+absl::Status CheckLabels(const Model& model, bool is_laplace) {
+  if (is_laplace) return absl::OkStatus();
   const absl::Span<const double> targets = model.targets();
   if (model.outputs() > 1) {
     return absl::FailedPreconditionError(
@@ -97,7 +100,9 @@ absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::FromFile(
   }
   model->squash_ = file.squash;
   const gp::SquashParameters uncalibrated;
-  model->calibrated_ = file.squash.a != uncalibrated.a || file.squash.b != uncalibrated.b;
+  model->is_laplace_ = file.is_laplace;
+  model->calibrated_ =
+      file.is_laplace || file.squash.a != uncalibrated.a || file.squash.b != uncalibrated.b;
   model->is_renewed_ = true;
   model->annotation_ = std::move(file.annotations);
   return model;
@@ -106,6 +111,7 @@ absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::FromFile(
 void LearningModel::Changed() {
   posterior_ = nullptr;
   calibrated_ = false;
+  is_laplace_ = false;
   is_renewed_ = false;
 }
 
@@ -171,6 +177,49 @@ absl::StatusOr<SearchResult> LearningModel::Optimize(const SearchOptions& option
   return result;
 }
 
+absl::StatusOr<SearchResult> LearningModel::Classify(const gp::LabelledInputs& data,
+                                                     const SearchOptions* search) {
+  std::lock_guard lock(mutex_);
+  const auto* exact = std::get_if<gp::ExactModel>(&model_);
+  if (exact == nullptr || exact->hyperparameters().mean != gp::MeanFunction::kZero) {
+    return absl::FailedPreconditionError("classes need an exact model with the zero mean");
+  }
+  SearchResult result;
+  result.hyperparameters = exact->hyperparameters();
+  result.hyperparameters.noise_stddev = kLaplaceNoise;
+  if (search != nullptr) {
+    SearchOptions options = *search;
+    options.of_classes = true;
+    for (auto* bounds : {&options.lower, &options.upper}) {
+      if (!bounds->empty()) bounds->back() = kLaplaceNoise;
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        result, SearchHyperparameters(*context_, result.hyperparameters,
+                                      {data.inputs, data.labels, data.weights}, options));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(gp::LaplaceApproximation laplace,
+                            gp::ApproximateByLaplace(*context_, result.hyperparameters.covariance,
+                                                     data, gp::LikelihoodOrder::kValue));
+  if (search == nullptr) {
+    result.log_likelihood_at_start = result.log_likelihood = laplace.log_likelihood;
+    result.points = data.inputs.rows;
+    result.evaluations = 1;
+    result.on_bound.resize(result.hyperparameters.count());
+  }
+  for (double& variance : laplace.noise_variances) {
+    variance = std::max(0.0, variance - kLaplaceNoise * kLaplaceNoise);
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel model,
+                            gp::ExactModel::Create(context_, result.hyperparameters));
+  EGOSIEVE_RETURN_IF_ERROR(
+      model.AddObservations({data.inputs, laplace.targets, laplace.noise_variances}, 0));
+  model_ = std::move(model);
+  Changed();
+  squash_ = gp::SquashParameters{};
+  calibrated_ = is_laplace_ = true;
+  return result;
+}
+
 absl::Status LearningModel::Calibrate() {
   std::lock_guard lock(mutex_);
   const auto fit = [&](const auto& model) -> absl::Status {
@@ -178,7 +227,7 @@ absl::Status LearningModel::Calibrate() {
       return absl::FailedPreconditionError(
           absl::StrFormat("calibration needs at least 2 points; there are %d", model.size()));
     }
-    EGOSIEVE_RETURN_IF_ERROR(CheckLabels(model));
+    EGOSIEVE_RETURN_IF_ERROR(CheckLabels(model, is_laplace_));
     if (calibrated_) return absl::OkStatus();
     std::vector<double> labels;
     for (const double target : model.targets()) labels.push_back(0.5 * (target + 1.0));
@@ -216,6 +265,7 @@ absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
   };
   EGOSIEVE_RETURN_IF_ERROR(std::visit(take, model_));
   file.squash = squash_;
+  file.is_laplace = is_laplace_;
   file.annotations = annotation_;
   return file;
 }
@@ -223,9 +273,14 @@ absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
 LearningModel::Description LearningModel::Describe() const {
   std::lock_guard lock(mutex_);
   const auto describe = [&](const auto& model) {
-    return Description{
-        model.hyperparameters(), squash_,         model.size(),           model.jitter(),
-        CheckLabels(model).ok(), model.outputs(), SparseOptionsOf(model), InducingSize(model)};
+    return Description{model.hyperparameters(),
+                       squash_,
+                       model.size(),
+                       model.jitter(),
+                       CheckLabels(model, is_laplace_).ok(),
+                       model.outputs(),
+                       SparseOptionsOf(model),
+                       InducingSize(model)};
   };
   return std::visit(describe, model_);
 }
@@ -241,7 +296,7 @@ absl::StatusOr<DevicePosterior> LearningModel::Posterior() {
     if (posterior_ == nullptr) {
       EGOSIEVE_ASSIGN_OR_RETURN(posterior_, PosteriorOf(model, squash_, options_, {}));
     }
-    return DevicePosterior{context_, posterior_, CheckLabels(model)};
+    return DevicePosterior{context_, posterior_, CheckLabels(model, is_laplace_)};
   };
   return std::visit(make, model_);
 }
@@ -250,7 +305,7 @@ absl::StatusOr<DevicePosterior> LearningModel::PosteriorOn(const kernels::Contex
   std::lock_guard lock(mutex_);
   const auto make = [&](const auto& model) -> absl::StatusOr<DevicePosterior> {
     EGOSIEVE_ASSIGN_OR_RETURN(auto posterior, PosteriorOf(model, squash_, options_, devices));
-    return DevicePosterior{devices.front(), std::move(posterior), CheckLabels(model),
+    return DevicePosterior{devices.front(), std::move(posterior), CheckLabels(model, is_laplace_),
                            static_cast<int64_t>(devices.size())};
   };
   return std::visit(make, model_);

@@ -25,6 +25,7 @@
 #include "gp/model/adaptive_posterior.h"
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
+#include "gp/training/laplace_approximation.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/runtime/context.h"
 #include "tools/embed/c/hyperparameter_search.h"
@@ -66,6 +67,11 @@ class LearningModel {
   absl::Status SetHyperparameters(const std::vector<double>& scales, double signal_stddev,
                                   double noise_stddev);
   absl::StatusOr<SearchResult> Optimize(const SearchOptions& options);
+  // Replaces the points by the regression that stands for Laplace's approximation
+  // (gp/training/laplace_approximation.h); sigma_n becomes 1e-3. search: null to keep the other
+  // hyperparameters. The likelihoods of the result are those of the labels.
+  absl::StatusOr<SearchResult> Classify(const gp::LabelledInputs& data,
+                                        const SearchOptions* search);
   // Does nothing if the model has not changed since the last call.
   absl::Status Calibrate();
   void SetAnnotation(std::string annotation);
@@ -101,6 +107,7 @@ class LearningModel {
   Model model_;
   gp::SquashParameters squash_;
   bool calibrated_ = false;  // squash_ fits the current model
+  bool is_laplace_ = false;  // the points are those of Classify
   bool is_renewed_ = false;  // the factor is what ToFile would rebuild
   std::string annotation_;
   std::shared_ptr<const gp::AdaptivePosterior> posterior_;  // null: not made yet

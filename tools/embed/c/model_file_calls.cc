@@ -5,7 +5,6 @@
 #include "absl/strings/str_format.h"
 #include "gp/io/model_file.h"
 #include "kernels/base/status_macros.h"
-#include "tools/embed/c/byte_output.h"
 #include "tools/embed/c/device_contexts.h"
 #include "tools/embed/c/last_error.h"
 #include "tools/embed/c/learning_model.h"
@@ -22,14 +21,6 @@ absl::StatusOr<std::shared_ptr<LearningModel>> ModelOfFile(gp::ModelFile file, c
 }
 
 }  // namespace
-}  // namespace egosieve::embed
-
-using egosieve::embed::AllModels;
-using egosieve::embed::CheckPointer;
-using egosieve::embed::Guard;
-using egosieve::embed::LearningModel;
-using egosieve::embed::WithModel;
-
 extern "C" {
 
 egosieve_status egosieve_gp_set_annotation(egosieve_gp* gp, const void* bytes, int64_t size) {
@@ -48,15 +39,15 @@ egosieve_status egosieve_gp_set_annotation(egosieve_gp* gp, const void* bytes, i
 egosieve_status egosieve_gp_annotation(egosieve_gp* gp, void* bytes, int64_t capacity,
                                        int64_t* size) {
   return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::GiveBytes(model.annotation(), bytes, capacity, size);
+    return GiveBytes(model.annotation(), bytes, capacity, size);
   });
 }
 
 egosieve_status egosieve_gp_save(egosieve_gp* gp, const char* path) {
   return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("path", path));
-    EGOSIEVE_ASSIGN_OR_RETURN(const egosieve::gp::ModelFile file, model.ToFile());
-    return egosieve::gp::WriteModelFile(path, file);
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::ModelFile file, model.ToFile());
+    return gp::WriteModelFile(path, file);
   });
 }
 
@@ -64,8 +55,8 @@ egosieve_status egosieve_gp_load(const char* path, const char* device, egosieve_
   return Guard(__func__, [&]() -> absl::Status {
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("path", path));
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("gp", gp));
-    EGOSIEVE_ASSIGN_OR_RETURN(egosieve::gp::ModelFile file, egosieve::gp::ReadModelFile(path));
-    EGOSIEVE_ASSIGN_OR_RETURN(auto model, egosieve::embed::ModelOfFile(std::move(file), device));
+    EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile file, gp::ReadModelFile(path));
+    EGOSIEVE_ASSIGN_OR_RETURN(auto model, ModelOfFile(std::move(file), device));
     EGOSIEVE_ASSIGN_OR_RETURN(*gp, AllModels().Insert(std::move(model)));
     return absl::OkStatus();
   });
@@ -74,9 +65,9 @@ egosieve_status egosieve_gp_load(const char* path, const char* device, egosieve_
 egosieve_status egosieve_gp_serialize(egosieve_gp* gp, void* bytes, int64_t capacity,
                                       int64_t* size) {
   return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
-    EGOSIEVE_ASSIGN_OR_RETURN(const egosieve::gp::ModelFile file, model.ToFile());
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, egosieve::gp::SerializeModel(file));
-    return egosieve::embed::GiveBytes(text, bytes, capacity, size);
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::ModelFile file, model.ToFile());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, gp::SerializeModel(file));
+    return GiveBytes(text, bytes, capacity, size);
   });
 }
 
@@ -88,13 +79,14 @@ egosieve_status egosieve_gp_deserialize(const void* bytes, int64_t size, const c
     if (size < 0) {
       return absl::InvalidArgumentError(absl::StrFormat("size = %d is negative", size));
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        egosieve::gp::ModelFile file,
-        egosieve::gp::ParseModel({static_cast<const char*>(bytes), static_cast<size_t>(size)}));
-    EGOSIEVE_ASSIGN_OR_RETURN(auto model, egosieve::embed::ModelOfFile(std::move(file), device));
+    EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile file, gp::ParseModel({static_cast<const char*>(bytes),
+                                                                  static_cast<size_t>(size)}));
+    EGOSIEVE_ASSIGN_OR_RETURN(auto model, ModelOfFile(std::move(file), device));
     EGOSIEVE_ASSIGN_OR_RETURN(*gp, AllModels().Insert(std::move(model)));
     return absl::OkStatus();
   });
 }
 
 }  // extern "C"
+
+}  // namespace egosieve::embed

@@ -20,8 +20,14 @@ using Models = HandleTable<HandleKind::kGaussianProcess, egosieve_gp, LearningMo
 using Posteriors = HandleTable<HandleKind::kPosterior, egosieve_posterior, const DevicePosterior>;
 
 // Never destroyed, because a program may use handles in its own destructors.
-Models& AllModels();
-Posteriors& AllPosteriors();
+inline Models& AllModels() {
+  static Models* models = new Models;
+  return *models;
+}
+inline Posteriors& AllPosteriors() {
+  static Posteriors* posteriors = new Posteriors;
+  return *posteriors;
+}
 
 // Calls `body` with the object behind `gp`, within Guard.
 template <typename Body>

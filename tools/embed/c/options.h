@@ -1,11 +1,12 @@
-// Structs of the C interface that may grow: their first field is the size with which the caller was
-// compiled.
+// The caller's pointers, texts, and structs that may grow: their first field is the size with which
+// the caller was compiled.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_OPTIONS_H_
 #define EGOSIEVE_TOOLS_EMBED_C_OPTIONS_H_
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -55,6 +56,20 @@ template <typename Struct>
 void WriteStruct(Struct values, Struct* given) {
   values.struct_size = given->struct_size;
   std::memcpy(given, &values, given->struct_size);
+}
+
+// Copies `text` to `bytes`, unless that is null, and its size to `*size`. If the buffer is too
+// small, InvalidArgument with the size needed, and nothing is written.
+inline absl::Status GiveBytes(std::string_view text, void* bytes, int64_t capacity, int64_t* size) {
+  if (size == nullptr) return absl::InvalidArgumentError("size is null");
+  const auto needed = static_cast<int64_t>(text.size());
+  if (bytes != nullptr && !(capacity >= needed)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("capacity = ", capacity, " bytes; ", needed, " are needed"));
+  }
+  if (bytes != nullptr) std::memcpy(bytes, text.data(), text.size());
+  *size = needed;
+  return absl::OkStatus();
 }
 
 }  // namespace egosieve::embed

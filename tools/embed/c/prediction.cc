@@ -4,10 +4,10 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_format.h"
-#include "absl/types/span.h"
 #include "kernels/base/image_grid.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/box_means.h"
@@ -61,14 +61,12 @@ template <typename T>
 using Queries =
     std::function<kernels::ConstMatrixView<T>(int64_t begin, int64_t end, std::vector<T>& scratch)>;
 
-// A call's results in float32, and those in float64 that take their place.
+// A call's results; what float32 gave is wider here, too.
 struct Results {
-  std::vector<float> mean, variance, probability;
-  bool wide_means = false;  // all means are in float64
-  bool wide_rest = false;   // and all variances and probabilities
-  std::vector<double> wide_mean;
-  std::vector<int64_t> rows;  // places whose variance and probability are in float64, increasing
-  std::vector<double> rows_mean, rows_variance;
+  std::vector<double> mean, variance, probability;
+  bool wide_means = false;    // all means are computed in float64
+  bool wide_rest = false;     // and all variances and probabilities
+  std::vector<int64_t> rows;  // places whose variance and probability are, increasing
   int64_t clamped = 0;
 };
 
@@ -81,125 +79,81 @@ absl::Status EvaluateInFloat32(const DevicePosterior& at, int64_t count, int64_t
   const bool means = outputs.mean.wanted() && !results.wide_means;
   if (!rest && !means) return absl::OkStatus();
   const bool checks = rest && outputs.precision == EGOSIEVE_AUTO_PRECISION;
-  const auto room = [](bool wanted, int64_t size) { return std::vector<float>(wanted ? size : 0); };
-  results.mean = room(means, outputs.mean.size());
-  results.variance = room(rest && (outputs.variance.wanted() || checks), count);
-  results.probability = room(rest && outputs.probability.wanted(), count);
-  const auto from = [](std::vector<float>& values, int64_t begin) {
-    return values.empty() ? nullptr : values.data() + begin;
-  };
   std::vector<T> scratch;
+  std::vector<float> mean, variance, probability;
   for (int64_t begin = 0; begin < count; begin += piece) {
     const int64_t end = std::min(begin + piece, count);
     const kernels::ConstMatrixView<T> points = queries(begin, end, scratch);
+    const auto room = [](bool wanted, int64_t size, std::vector<float>& values) {
+      values.resize(wanted ? size : 0);
+      return wanted ? values.data() : nullptr;
+    };
     EGOSIEVE_ASSIGN_OR_RETURN(
         const kernels::PosteriorCounts counts,
         at.in_float32().Evaluate(
-            points, {from(results.mean, begin * at.outputs()), from(results.variance, begin),
-                     from(results.probability, begin)}));
+            points, {room(means, (end - begin) * at.outputs(), mean),
+                     room(rest && (outputs.variance.wanted() || checks), end - begin, variance),
+                     room(rest && outputs.probability.wanted(), end - begin, probability)}));
     results.clamped += counts.clamped_variances;
+    const size_t known = results.rows.size();
     if (checks) {
-      at.posterior->FindInsufficient(error, points, &results.variance[begin], begin, results.rows);
+      at.posterior->FindInsufficient(error, points, variance.data(), begin, results.rows);
     }
-  }
-  // A place that is computed again is not counted twice.
-  for (const int64_t row : results.rows) {
-    results.clamped -= checks && results.variance[row] == 0.0f;
+    for (size_t i = known; i < results.rows.size(); ++i) {  // none is counted twice
+      results.clamped -= variance[results.rows[i] - begin] == 0.0f;
+    }
+    std::copy(mean.begin(), mean.end(), results.mean.begin() + begin * at.outputs());
+    std::copy(variance.begin(), variance.end(), results.variance.begin() + begin);
+    std::copy(probability.begin(), probability.end(), results.probability.begin() + begin);
   }
   results.clamped = std::max<int64_t>(results.clamped, 0);
   return absl::OkStatus();
 }
 
-// Rows of `points`, which begin with the call's place `first`, in float64.
-template <typename T>
-std::vector<double> Gather(kernels::ConstMatrixView<T> points, int64_t first,
-                           absl::Span<const int64_t> places) {
-  std::vector<double> rows;
-  rows.reserve(places.size() * points.cols);
-  for (const int64_t place : places) {
-    const T* x = points.row(place - first);
-    rows.insert(rows.end(), x, x + points.cols);
-  }
-  return rows;
-}
-
-// The means of all places where they are wanted, and mean and variance of `results.rows`.
+// The means of all places where they are wanted, and the other results of `results.rows`.
 template <typename T>
 absl::Status EvaluateInFloat64(const DevicePosterior& at, int64_t count, const Queries<T>& queries,
                                const Outputs& outputs, Results& results) {
-  const gp::Float64Posterior& posterior = at.posterior->in_float64();
   const int64_t columns = at.outputs();
   const bool means = results.wide_means && outputs.needs_mean();
-  results.wide_mean.resize(means ? count * columns : 0);
-  results.rows_mean.resize(results.rows.size() * columns);
-  results.rows_variance.resize(results.rows.size());
   std::vector<T> scratch;
-  std::vector<int64_t> others;
   size_t next = 0;  // of results.rows
   for (int64_t begin = 0; begin < count; begin += kPiece) {
     const int64_t end = std::min(begin + kPiece, count);
-    const size_t first = next;
-    others.clear();
+    std::vector<int64_t> places, others;  // of results.rows, and those whose mean alone is computed
     for (int64_t i = begin; i < end; ++i) {
       if (next < results.rows.size() && results.rows[next] == i) {
-        ++next;
+        places.push_back(results.rows[next++]);
       } else if (means) {
         others.push_back(i);
       }
     }
-    if (next == first && others.empty()) continue;
+    if (places.empty() && others.empty()) continue;
     const kernels::ConstMatrixView<T> points = queries(begin, end, scratch);
-    const auto evaluate = [&](absl::Span<const int64_t> places, double* mean, double* variance) {
-      const std::vector<double> x = Gather(points, begin, places);
-      return posterior.Evaluate({x.data(), static_cast<int64_t>(places.size()), points.cols}, mean,
-                                variance);
-    };
-    const absl::Span<const int64_t> places(results.rows.data() + first, next - first);
-    EGOSIEVE_ASSIGN_OR_RETURN(const int64_t clamped,
-                              evaluate(places, results.rows_mean.data() + first * columns,
-                                       results.rows_variance.data() + first));
-    results.clamped += clamped;
-    std::vector<double> mean(others.size() * columns);
-    EGOSIEVE_RETURN_IF_ERROR(evaluate(others, mean.data(), nullptr).status());
-    const auto put = [&](absl::Span<const int64_t> to, const double* values) {
-      for (size_t i = 0; means && i < to.size(); ++i) {
-        std::copy_n(values + i * columns, columns, &results.wide_mean[to[i] * columns]);
+    for (const auto& [to, with_variance] : {std::pair(&places, true), std::pair(&others, false)}) {
+      std::vector<double> x, mean(to->size() * columns), variance(with_variance ? to->size() : 0);
+      x.reserve(to->size() * points.cols);
+      for (const int64_t place : *to) {
+        const T* row = points.row(place - begin);
+        x.insert(x.end(), row, row + points.cols);
       }
-    };
-    put(places, results.rows_mean.data() + first * columns);
-    put(others, mean.data());
+      EGOSIEVE_ASSIGN_OR_RETURN(const int64_t clamped,
+                                at.posterior->in_float64().Evaluate(
+                                    {x.data(), static_cast<int64_t>(to->size()), points.cols},
+                                    mean.data(), with_variance ? variance.data() : nullptr));
+      results.clamped += clamped;
+      for (size_t i = 0; i < to->size(); ++i) {
+        const int64_t place = (*to)[i];
+        if (means) std::copy_n(&mean[i * columns], columns, &results.mean[place * columns]);
+        if (with_variance) results.variance[place] = variance[i];
+        if (outputs.probability.wanted()) {
+          results.probability[place] =
+              at.in_float32().squash().Probability(mean[i], results.variance[place]);
+        }
+      }
+    }
   }
   return absl::OkStatus();
-}
-
-// Writes float32 values, and then those in float64 to their rows.
-void Write(const OutputArray& output, const std::vector<float>& values,
-           const std::vector<int64_t>& rows, const std::vector<double>& of_rows) {
-  if (!output.wanted()) return;
-  if (!values.empty()) output.Write(0, output.size(), values.data());
-  for (size_t begin = 0, end = 0; begin < rows.size(); begin = end) {
-    for (end = begin + 1; end < rows.size() && rows[end] == rows[end - 1] + 1;) ++end;
-    output.Write(rows[begin], rows[end - 1] + 1, &of_rows[begin]);
-  }
-}
-
-void WriteProbabilities(const gp::SquashParameters& squash, const OutputArray& output,
-                        const Results& results) {
-  std::vector<double> of_rows;
-  for (size_t i = 0; i < results.rows.size(); ++i) {
-    of_rows.push_back(squash.Probability(results.rows_mean[i], results.rows_variance[i]));
-  }
-  if (results.wide_rest || !results.wide_means) {
-    return Write(output, results.probability, results.rows, of_rows);
-  }
-  // The means alone are in float64 where the variances suffice.
-  std::vector<double> all(results.wide_mean.size());
-  for (size_t i = 0, next = 0; i < all.size(); ++i) {
-    const bool is_row = next < results.rows.size() && results.rows[next] == static_cast<int64_t>(i);
-    all[i] =
-        is_row ? of_rows[next++] : squash.Probability(results.wide_mean[i], results.variance[i]);
-  }
-  output.Write(0, output.size(), all.data());
 }
 
 template <typename T>
@@ -222,29 +176,26 @@ absl::Status Evaluate(const DevicePosterior& at, int64_t count, bool in_place,
     results.rows.resize(count);
     std::iota(results.rows.begin(), results.rows.end(), int64_t{0});
   }
+  results.mean.resize(outputs.needs_mean() ? count * at.outputs() : 0);
+  results.variance.resize(outputs.needs_variance() ? count : 0);
+  results.probability.resize(outputs.probability.wanted() ? count : 0);
   const int64_t piece = in_place ? std::max<int64_t>(count, 1) : kPiece;
   EGOSIEVE_RETURN_IF_ERROR(EvaluateInFloat32(at, count, piece, queries, outputs, error, results));
   EGOSIEVE_RETURN_IF_ERROR(EvaluateInFloat64(at, count, queries, outputs, results));
-  // Nothing is written to the caller's arrays until all results are computed.
-  if (outputs.probability.wanted()) {
-    WriteProbabilities(at.in_float32().squash(), outputs.probability, results);
-  }
   if (outputs.of_observation) {
-    at.in_float32().AddNoiseVariance(absl::MakeSpan(results.variance));
-    for (double& variance : results.rows_variance) {
-      variance += at.in_float32().hyperparameters().noise_variance();
-    }
+    const double noise = at.in_float32().hyperparameters().noise_variance();
+    for (double& variance : results.variance) variance += noise;
   }
-  Write(outputs.variance, results.variance, results.rows, results.rows_variance);
-  if (!results.wide_mean.empty() && outputs.mean.wanted()) {
-    outputs.mean.Write(0, outputs.mean.size(), results.wide_mean.data());
-  } else {
-    Write(outputs.mean, results.mean, {}, {});
+  // Nothing is written to the caller's arrays until all results are computed.
+  for (const auto& [output, values] :
+       {std::pair(&outputs.mean, &results.mean), std::pair(&outputs.variance, &results.variance),
+        std::pair(&outputs.probability, &results.probability)}) {
+    if (output->wanted()) output->Write(0, output->size(), values->data());
   }
   WriteField(&egosieve_prediction::clamped_variances, results.clamped, prediction);
-  const int64_t in_float64 =
-      results.wide_mean.empty() ? static_cast<int64_t>(results.rows.size()) : count;
-  WriteField(&egosieve_prediction::float64_count, in_float64, prediction);
+  const bool all = results.wide_means && outputs.needs_mean();
+  WriteField(&egosieve_prediction::float64_count,
+             all ? count : static_cast<int64_t>(results.rows.size()), prediction);
   return absl::OkStatus();
 }
 

@@ -52,17 +52,6 @@ absl::Status DescribePixels(const LearningModel& model, const egosieve_image* im
 }
 
 }  // namespace
-}  // namespace egosieve::embed
-
-using egosieve::embed::AllPosteriors;
-using egosieve::embed::CheckPointer;
-using egosieve::embed::DevicePosterior;
-using egosieve::embed::Guard;
-using egosieve::embed::LearningModel;
-using egosieve::embed::WithCurrentPosterior;
-using egosieve::embed::WithModel;
-using egosieve::embed::WithPosterior;
-
 extern "C" {
 
 void egosieve_prediction_init(egosieve_prediction* prediction) {
@@ -74,30 +63,29 @@ void egosieve_prediction_init(egosieve_prediction* prediction) {
 egosieve_status egosieve_gp_predict(egosieve_gp* gp, const egosieve_const_array* x,
                                     egosieve_prediction* prediction) {
   return WithCurrentPosterior(__func__, gp, [&](const DevicePosterior& posterior) {
-    return egosieve::embed::PredictPoints(posterior, x, prediction);
+    return PredictPoints(posterior, x, prediction);
   });
 }
 
 egosieve_status egosieve_gp_predict_grid(egosieve_gp* gp, const egosieve_grid* grid,
                                          egosieve_prediction* prediction) {
   return WithCurrentPosterior(__func__, gp, [&](const DevicePosterior& posterior) {
-    return egosieve::embed::PredictGrid(posterior, grid, prediction);
+    return PredictGrid(posterior, grid, prediction);
   });
 }
 
 egosieve_status egosieve_gp_predict_image(egosieve_gp* gp, const egosieve_image* image,
                                           int32_t stride, egosieve_prediction* prediction) {
   return WithCurrentPosterior(__func__, gp, [&](const DevicePosterior& posterior) {
-    return egosieve::embed::PredictImage(posterior, image, stride, prediction);
+    return PredictImage(posterior, image, stride, prediction);
   });
 }
 
 egosieve_status egosieve_gp_describe_pixels(egosieve_gp* gp, const egosieve_image* image,
                                             const egosieve_const_array* places,
                                             const egosieve_array* out) {
-  return WithModel(__func__, gp, [&](LearningModel& model) {
-    return egosieve::embed::DescribePixels(model, image, places, out);
-  });
+  return WithModel(__func__, gp,
+                   [&](LearningModel& model) { return DescribePixels(model, image, places, out); });
 }
 
 egosieve_status egosieve_gp_posterior(egosieve_gp* gp, egosieve_posterior** posterior) {
@@ -113,7 +101,7 @@ egosieve_status egosieve_posterior_predict(egosieve_posterior* posterior,
                                            const egosieve_const_array* x,
                                            egosieve_prediction* prediction) {
   return WithPosterior(__func__, posterior, [&](const DevicePosterior& found) {
-    return egosieve::embed::PredictPoints(found, x, prediction);
+    return PredictPoints(found, x, prediction);
   });
 }
 
@@ -121,7 +109,7 @@ egosieve_status egosieve_posterior_predict_grid(egosieve_posterior* posterior,
                                                 const egosieve_grid* grid,
                                                 egosieve_prediction* prediction) {
   return WithPosterior(__func__, posterior, [&](const DevicePosterior& found) {
-    return egosieve::embed::PredictGrid(found, grid, prediction);
+    return PredictGrid(found, grid, prediction);
   });
 }
 
@@ -129,7 +117,7 @@ egosieve_status egosieve_posterior_predict_image(egosieve_posterior* posterior,
                                                  const egosieve_image* image, int32_t stride,
                                                  egosieve_prediction* prediction) {
   return WithPosterior(__func__, posterior, [&](const DevicePosterior& found) {
-    return egosieve::embed::PredictImage(found, image, stride, prediction);
+    return PredictImage(found, image, stride, prediction);
   });
 }
 
@@ -139,3 +127,5 @@ egosieve_status egosieve_posterior_free(egosieve_posterior* posterior) {
 }
 
 }  // extern "C"
+
+}  // namespace egosieve::embed

@@ -229,14 +229,6 @@ absl::StatusOr<cv::Mat1b> IgnoredArea(const egosieve_image* image) {
 }
 
 }  // namespace
-}  // namespace egosieve::embed
-
-using egosieve::embed::AllSessions;
-using egosieve::embed::CheckPointer;
-using egosieve::embed::Guard;
-using egosieve::embed::SegmenterSession;
-using egosieve::embed::WithSession;
-
 extern "C" {
 
 void egosieve_segmenter_options_init(egosieve_segmenter_options* options) {
@@ -267,7 +259,7 @@ egosieve_status egosieve_segmenter_create(const egosieve_segmenter_options* opti
     egosieve_segmenter_options wishes;
     egosieve_segmenter_options_init(&wishes);
     if (options != nullptr) {
-      EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::ReadStruct("options", options, wishes));
+      EGOSIEVE_RETURN_IF_ERROR(ReadStruct("options", options, wishes));
     }
     if (wishes.profile < EGOSIEVE_PROFILE_DEFAULT || wishes.profile > EGOSIEVE_PROFILE_FAST) {
       return absl::InvalidArgumentError(
@@ -275,16 +267,16 @@ egosieve_status egosieve_segmenter_create(const egosieve_segmenter_options* opti
                           "EGOSIEVE_PROFILE_PAPER or EGOSIEVE_PROFILE_FAST",
                           wishes.profile));
     }
-    egosieve::embed::SessionOptions session_options;
-    session_options.profile = static_cast<egosieve::embed::Profile>(wishes.profile);
+    SessionOptions session_options;
+    session_options.profile = static_cast<Profile>(wishes.profile);
     session_options.stride = wishes.stride;
     session_options.budget = wishes.budget;
     session_options.seed = wishes.seed;
     session_options.lag = wishes.lag;
     session_options.focal_ratio = wishes.focal_ratio;
     EGOSIEVE_RETURN_IF_ERROR(session_options.Validate());
-    EGOSIEVE_ASSIGN_OR_RETURN(session_options.ignored, egosieve::embed::IgnoredArea(wishes.ignore));
-    EGOSIEVE_ASSIGN_OR_RETURN(auto context, egosieve::embed::ContextOf(wishes.device));
+    EGOSIEVE_ASSIGN_OR_RETURN(session_options.ignored, IgnoredArea(wishes.ignore));
+    EGOSIEVE_ASSIGN_OR_RETURN(auto context, ContextOf(wishes.device));
     EGOSIEVE_ASSIGN_OR_RETURN(auto session,
                               SegmenterSession::Create(std::move(context), session_options));
     EGOSIEVE_ASSIGN_OR_RETURN(*segmenter, AllSessions().Insert(std::move(session)));
@@ -302,7 +294,7 @@ egosieve_status egosieve_segmenter_grid_size(egosieve_segmenter* segmenter, int3
   return WithSession(__func__, segmenter, [&](SegmenterSession& session) -> absl::Status {
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("rows", rows));
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("columns", columns));
-    const egosieve::kernels::ImageGrid grid{width, height, session.stride()};
+    const kernels::ImageGrid grid{width, height, session.stride()};
     EGOSIEVE_RETURN_IF_ERROR(grid.Validate());
     *rows = grid.rows();
     *columns = grid.columns();
@@ -314,7 +306,7 @@ egosieve_status egosieve_segmenter_process(egosieve_segmenter* segmenter,
                                            const egosieve_image* image, double time_seconds,
                                            const egosieve_map* map, egosieve_frame_report* report) {
   return WithSession(__func__, segmenter, [&](SegmenterSession& session) {
-    return egosieve::embed::ProcessFrame(session, image, time_seconds, map, report);
+    return ProcessFrame(session, image, time_seconds, map, report);
   });
 }
 
@@ -342,16 +334,15 @@ egosieve_status egosieve_segmenter_waiting(egosieve_segmenter* segmenter, int64_
 
 egosieve_status egosieve_segmenter_finish(egosieve_segmenter* segmenter, const egosieve_map* map,
                                           egosieve_frame_report* report) {
-  return WithSession(__func__, segmenter, [&](SegmenterSession& session) {
-    return egosieve::embed::FinishFrame(session, map, report);
-  });
+  return WithSession(__func__, segmenter,
+                     [&](SegmenterSession& session) { return FinishFrame(session, map, report); });
 }
 
 egosieve_status egosieve_segmenter_save(egosieve_segmenter* segmenter, const char* path) {
   return WithSession(__func__, segmenter, [&](SegmenterSession& session) -> absl::Status {
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("path", path));
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, session.ToBytes());
-    return egosieve::kernels::WriteFileAtomically(path, bytes);
+    return kernels::WriteFileAtomically(path, bytes);
   });
 }
 
@@ -360,10 +351,8 @@ egosieve_status egosieve_segmenter_load(const char* path, const char* device,
   return Guard(__func__, [&]() -> absl::Status {
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("path", path));
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("segmenter", segmenter));
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        const std::string bytes,
-        egosieve::kernels::ReadFile(path, egosieve::embed::kMaximumFileBytes));
-    EGOSIEVE_ASSIGN_OR_RETURN(auto context, egosieve::embed::ContextOf(device));
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, kernels::ReadFile(path, kMaximumFileBytes));
+    EGOSIEVE_ASSIGN_OR_RETURN(auto context, ContextOf(device));
     auto session = SegmenterSession::FromBytes(std::move(context), bytes);
     if (!session.ok()) {
       return absl::Status(session.status().code(),
@@ -375,3 +364,5 @@ egosieve_status egosieve_segmenter_load(const char* path, const char* device,
 }
 
 }  // extern "C"
+
+}  // namespace egosieve::embed

@@ -72,6 +72,82 @@ static void test_one_point_by_hand(void) {
   CHECK_OK(egosieve_gp_free(gp));
 }
 
+/* k = 2.25 exp(-1/2 (r / 0.7)^2) between 0.3 and {0.3, 1.0}: its derivatives by log l, log sigma_f, x. */
+static void test_covariances(void) {
+  egosieve_gp* gp = new_named_model("squared_exponential", 1, EGOSIEVE_ZERO_MEAN);
+  const double length = 0.7, at = 0.3, places[2] = {0.3, 1.0}, beside = 2.25 * exp(-0.5);
+  const egosieve_const_array x = doubles(&at, 1, 1), z = doubles(places, 2, 1);
+  double values[2], logarithms[4], slopes[2];
+  egosieve_array k = doubles_out(values, 1, 2), by_x = doubles_out(slopes, 2, 1);
+  egosieve_array by_logarithms = doubles_out(logarithms, 2, 2), none = doubles_out(NULL, 0, 0);
+  CHECK_OK(egosieve_gp_set_hyperparameters(gp, &length, 1, 1.5, 0.5));
+  CHECK_OK(egosieve_gp_covariances(gp, &x, &z, &k, &by_logarithms, &by_x));
+  CHECK(fabs(values[0] - 2.25) < 1e-14 && fabs(values[1] - beside) < 1e-14);
+  CHECK(fabs(logarithms[0]) < 1e-14 && fabs(logarithms[1] - 4.5) < 1e-14);
+  CHECK(fabs(logarithms[2] - beside) < 1e-14 && fabs(logarithms[3] - 2.0 * beside) < 1e-14);
+  CHECK(fabs(slopes[0]) < 1e-14 && fabs(slopes[1] - beside / 0.7) < 1e-14);
+  k = doubles_out(logarithms, 2, 2);
+  CHECK_OK(egosieve_gp_covariances(gp, &z, NULL, &k, &none, &none));
+  CHECK(fabs(logarithms[1] - beside) < 1e-14 && logarithms[1] == logarithms[2]);
+  CHECK_CALL(egosieve_gp_covariances(gp, &z, &z, &by_x, &none, &none), EGOSIEVE_INVALID_ARGUMENT,
+             "k: 2 x 1");
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
+/* Two points far apart are two classifications of one: p = Phi(m / sqrt(1 + v)) by its own mode. */
+static void test_classes(void) {
+  egosieve_gp *gp = new_named_model("squared_exponential", 1, EGOSIEVE_ZERO_MEAN), *loaded = NULL;
+  const double places[2] = {-100.0, 100.0}, labels[2] = {-1.0, 1.0}, weights[2] = {1.0, 2.0};
+  const double wrong[2] = {0.0, 1.0}, length = 1.0, pi = 3.14159265358979323846;
+  const egosieve_const_array x = doubles(places, 2, 1), y = doubles(labels, 2, 1);
+  const egosieve_const_array w = doubles(weights, 2, 1), bad = doubles(wrong, 2, 1);
+  egosieve_optimize_result result;
+  egosieve_prediction prediction;
+  double probability[2], again[2], expected[2], value = 0.0;
+  static char bytes[1 << 16];
+  int64_t size = 0;
+  int i, step;
+  for (i = 0; i < 2; ++i) { /* f = 4 w N(t f), by bisection; k = 4 */
+    double low = 0.0, high = 10.0, ratio = 0.0, bend, variance;
+    for (step = 0; step < 100; ++step) {
+      const double f = 0.5 * (low + high);
+      ratio = exp(-0.5 * f * f) / sqrt(2.0 * pi) / (0.5 * erfc(-f / sqrt(2.0)));
+      if (f < 4.0 * weights[i] * ratio) {
+        low = f;
+      } else {
+        high = f;
+      }
+    }
+    bend = weights[i] * ratio * (ratio + low);
+    variance = 4.0 - 16.0 / (4.0 + 1.0 / bend);
+    expected[i] = 0.5 * erfc(-labels[i] * low / sqrt(1.0 + variance) / sqrt(2.0));
+    value += weights[i] * log(0.5 * erfc(-low / sqrt(2.0))) - 0.125 * low * low -
+             0.5 * log(1.0 + 4.0 * bend);
+  }
+  CHECK_OK(egosieve_gp_set_hyperparameters(gp, &length, 1, 2.0, 0.5));
+  egosieve_optimize_result_init(&result);
+  CHECK_CALL(egosieve_gp_classify(gp, &x, &bad, NULL, NULL, NULL), EGOSIEVE_INVALID_ARGUMENT,
+             "label 0 is 0");
+  CHECK_OK(egosieve_gp_classify(gp, &x, &y, &w, NULL, &result));
+  CHECK(fabs(result.log_likelihood - value) < 1e-9);
+  egosieve_prediction_init(&prediction);
+  prediction.probability = doubles_out(probability, 2, 1);
+  prediction.precision = EGOSIEVE_IN_FLOAT64;
+  CHECK_OK(egosieve_gp_predict(gp, &x, &prediction));
+  CHECK(fabs(probability[0] - expected[0]) < 1e-9 && fabs(probability[1] - expected[1]) < 1e-9);
+  CHECK_OK(egosieve_gp_calibrate(gp)); /* there is nothing to fit */
+  CHECK_OK(egosieve_gp_serialize(gp, bytes, sizeof bytes, &size));
+  CHECK_OK(egosieve_gp_deserialize(bytes, size, NULL, &loaded));
+  prediction.probability = doubles_out(again, 2, 1);
+  CHECK_OK(egosieve_gp_predict(loaded, &x, &prediction));
+  CHECK(again[0] == probability[0] && again[1] == probability[1]);
+  CHECK_OK(egosieve_gp_condition(loaded, &x, &y));
+  CHECK_CALL(egosieve_gp_predict(loaded, &x, &prediction), EGOSIEVE_FAILED_PRECONDITION,
+             "probabilities need");
+  CHECK_OK(egosieve_gp_free(loaded));
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
 /* Samples follow from the seed, and of a model without points come from the prior. */
 static void test_samples(void) {
   egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
@@ -210,6 +286,8 @@ static void test_refusals(void) {
 int main(void) {
   make_data();
   test_one_point_by_hand();
+  test_covariances();
+  test_classes();
   test_samples();
   test_outputs_and_mean();
   test_file();

@@ -65,6 +65,29 @@ TEST(GaussianProcess, SpansAndEigenGiveTheSameBits) {
   }
 }
 
+TEST(GaussianProcess, ClassifiesAndGivesItsKernelMatrix) {
+  const Data data;
+  GaussianProcess gp = ConditionedModel(data);
+  Eigen::MatrixXd k(kPoints, kPoints), half(kPoints, 5);
+  std::vector<double> slopes(kPoints * 5 * 4);
+  ASSERT_TRUE(gp.Covariances(View(data.x), {}, MutableView(k)).ok());
+  ASSERT_TRUE(gp.Covariances(View(data.x), View(data.x.topRows(5)), MutableView(half),
+                             Array(slopes.data(), kPoints * 5, 4))
+                  .ok());
+  EXPECT_LT((k.leftCols(5) - half).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_NEAR(slopes[4 * 7 + 3], 2.0 * half(1, 2), 1e-14);
+  const Eigen::VectorXd labels =
+      (data.y.array() < 0.0).select(-Eigen::VectorXd::Ones(kPoints), 1.0);
+  const OptimizeOptions options;
+  const Result<OptimizeResult> found = gp.Classify(View(data.x), View(labels), {}, &options);
+  ASSERT_TRUE(found.ok());
+  EXPECT_GT(found.value().log_likelihood, found.value().log_likelihood_at_start);
+  Eigen::VectorXf probability(kPoints);
+  const Eigen::MatrixXf queries = data.x.cast<float>();
+  ASSERT_TRUE(gp.Predict(View(queries), {{}, {}, MutableView(probability)}).ok());
+  for (int i = 0; i < kPoints; ++i) EXPECT_EQ(probability[i] > 0.5f, labels[i] > 0.0) << i;
+}
+
 TEST(GaussianProcess, MovesOwnTheHandleOnce) {
   const Data data;
   GaussianProcess first = ConditionedModel(data);

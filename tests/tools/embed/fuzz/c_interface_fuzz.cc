@@ -261,7 +261,7 @@ egosieve_status Call(egosieve_gp* gp, const egosieve_const_array& x, const egosi
   (draw.OneIn(2) ? prediction.mean : prediction.probability) = out;
   if (draw.OneIn(20)) prediction.struct_size = draw.Below(300);
   egosieve_array none{};
-  switch (draw.Below(12)) {
+  switch (draw.Below(14)) {
     case 0:
       return egosieve_gp_condition(gp, x_pointer, &y);
     case 5:
@@ -277,6 +277,12 @@ egosieve_status Call(egosieve_gp* gp, const egosieve_const_array& x, const egosi
       return egosieve_gp_leave_one_out(gp, &out, &none, &none);
     case 10:
       return PredictOnDevices(gp, x_pointer, &prediction, draw);
+    case 11:
+      return egosieve_gp_covariances(gp, x_pointer, draw.OneIn(2) ? nullptr : &x, &out, &none,
+                                     draw.OneIn(9) ? nullptr : &none);
+    case 12:
+      return egosieve_gp_classify(gp, x_pointer, &y, draw.OneIn(2) ? nullptr : &y, nullptr,
+                                  nullptr);
     case 1: {
       const int64_t rows[3] = {draw.Integer(), draw.Integer(), draw.Integer()};
       return egosieve_gp_remove(gp, rows, static_cast<int64_t>(draw.Below(4)));

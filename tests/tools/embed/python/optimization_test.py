@@ -46,7 +46,7 @@ class Optimization(unittest.TestCase):
         X = np.linspace(0, 1, 80)[:, None]
         y = np.sin(2 * np.pi * 9.0 * X[:, 0]) + 0.1 * np.random.default_rng(0).normal(size=80)
         once = egosieve.GaussianProcess("periodic", scales=[1.0, 0.8]).fit(X, y).optimization_
-        often = egosieve.GaussianProcess("periodic", scales=[1.0, 0.8], n_restarts=12).fit(X, y).optimization_
+        often = egosieve.GaussianProcess("periodic", scales=[1.0, 0.8], n_restarts_optimizer=12).fit(X, y).optimization_
         self.assertGreaterEqual(often["log_likelihood"], once["log_likelihood"] - 1e-6)
         self.assertGreater(often["log_likelihood"], 20.0)  # noise alone explains -115, the period 50
 
@@ -82,7 +82,7 @@ class Optimization(unittest.TestCase):
     def test_ctrl_c_ends_a_fit(self):
         X = np.random.default_rng(0).uniform(-1, 1, (800, 20))
         y = np.random.default_rng(1).normal(size=800)
-        gp = egosieve.GaussianProcess("arcsine", n_restarts=1000)
+        gp = egosieve.GaussianProcess("arcsine", n_restarts_optimizer=1000)
 
         def interrupt():
             time.sleep(0.5)

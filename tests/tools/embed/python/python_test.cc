@@ -14,7 +14,8 @@ class PythonTest : public testing::TestWithParam<const char*> {};
 TEST_P(PythonTest, Passes) {
   if (IsInstrumented()) GTEST_SKIP() << "python3 cannot load libraries with a sanitizer";
   const std::string name = GetParam();
-  const bool with_sklearn = name == "check_estimator_test" || name == "scikit_learn_test";
+  const bool with_sklearn = name == "check_estimator_test" || name == "scikit_learn_test" ||
+                            name == "classifier_test" || name == "covariance_test";
   const std::string needed = with_sklearn ? "sklearn" : "numpy";
   if (RunClean("/", "python3 -c 'import " + needed + "'").code != 0) {
     GTEST_SKIP() << "there is no python3 with " << needed;
@@ -31,7 +32,8 @@ INSTANTIATE_TEST_SUITE_P(All, PythonTest,
                                          "segmenter_test", "sparse_test", "device_call_test",
                                          "far_inputs_test", "precision_test", "optimization_test",
                                          "estimator_test", "several_devices_test",
-                                         "check_estimator_test", "scikit_learn_test"),
+                                         "check_estimator_test", "scikit_learn_test",
+                                         "classifier_test", "covariance_test"),
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace

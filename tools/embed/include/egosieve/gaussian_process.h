@@ -48,7 +48,7 @@
  * n m and 2 m^2.
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
- * 6.41; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Predictions and their errors are in
+ * 6.41, 3.4; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Predictions and their errors are in
  * prediction.h; joint predictions, samples, gradients and leave-one-out predictions in
  * joint_posterior.h.
  */
@@ -277,6 +277,26 @@ EGOSIEVE_API egosieve_status egosieve_gp_optimize(egosieve_gp* gp,
  * call a = 1 and b = 0. Costs nothing if the model has not changed since the last call.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_calibrate(egosieve_gp* gp);
+
+/**
+ * Classification with the probit likelihood by Laplace's approximation (Rasmussen & Williams, 3.4),
+ * in place of least squares: the model's points become those of the regression that has the same
+ * posterior of f, of which all other calls then speak. Probabilities are (4) with a = 1 and b = 0,
+ * and sigma_n is 1e-3. They are no longer there once points are added or removed or hyperparameters
+ * set. Cost: about 3 n^3 flops per evaluation.
+ * @param gp       An exact model with the zero mean; else #EGOSIEVE_FAILED_PRECONDITION. Its own
+ *                 points are dropped.
+ * @param x        N x D, finite.
+ * @param y        N labels, -1 or 1.
+ * @param weights  N weights, positive, at most 1e6; a point of weight 2 counts as two. Null: all 1.
+ * @param options  As for egosieve_gp_optimize(), with sigma_n fixed; null: the hyperparameters stay.
+ * @param result   As there; of the labels' likelihood. Null: not wanted.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_classify(egosieve_gp* gp, const egosieve_const_array* x,
+                                                  const egosieve_const_array* y,
+                                                  const egosieve_const_array* weights,
+                                                  const egosieve_optimize_options* options,
+                                                  egosieve_optimize_result* result);
 
 /**
  * Stores a text or bytes with the model and in its file; replaces an earlier annotation.

@@ -186,36 +186,24 @@ class GaussianProcess {
   }
   /** Maximises the log marginal likelihood over the hyperparameters. */
   Result<OptimizeResult> Optimize(const OptimizeOptions& options = {}) {
-    const Result<GaussianProcessInfo> info = Describe();
-    if (!info.ok()) return info.status();
-    std::vector<int32_t> on_bound(info.value().scales.size() + 2);
-    egosieve_optimize_options c;
-    egosieve_optimize_result result;
-    egosieve_optimize_options_init(&c);
-    egosieve_optimize_result_init(&result);
-    result.on_bound = on_bound.data();
-    result.on_bound_count = static_cast<int64_t>(on_bound.size());
-    if (!options.lower.empty() && !options.upper.empty() &&
-        options.lower.size() != options.upper.size()) {
-      return Status(Code::kInvalidArgument, "lower and upper differ in size");
-    }
-    c.lower_bounds = options.lower.empty() ? nullptr : options.lower.data();
-    c.upper_bounds = options.upper.empty() ? nullptr : options.upper.data();
-    c.bound_count = static_cast<int64_t>(std::max(options.lower.size(), options.upper.size()));
-    c.subset_size = options.subset_size;
-    c.restarts = options.restarts;
-    c.gradient_steps = options.gradient_steps;
-    c.tolerance = options.tolerance;
-    c.seed = options.seed;
-    Status status = Status::FromC(egosieve_gp_optimize(handle_, &c, &result));
-    if (!status.ok()) return status;
-    return OptimizeResult{result.log_likelihood_at_start,
-                          result.log_likelihood,
-                          result.evaluations,
-                          result.points,
-                          result.converged != 0,
-                          result.gradient_norm,
-                          on_bound};
+    return Search(&options,
+                  [this](const egosieve_optimize_options* c, egosieve_optimize_result* result) {
+                    return egosieve_gp_optimize(handle_, c, result);
+                  });
+  }
+  /**
+   * Classification by Laplace's approximation, see egosieve_gp_classify(): y holds N labels -1 or
+   * 1, a default weights counts each row once; options null: the hyperparameters stay.
+   */
+  Result<OptimizeResult> Classify(const ConstArray& x, const ConstArray& y,
+                                  const ConstArray& weights = {},
+                                  const OptimizeOptions* options = nullptr) {
+    return Search(
+        options, [&](const egosieve_optimize_options* c, egosieve_optimize_result* result) {
+          return egosieve_gp_classify(handle_, x.c(), y.c(),
+                                      weights.c()->data == nullptr ? nullptr : weights.c(),
+                                      options == nullptr ? nullptr : c, result);
+        });
   }
   /** Fits the probabilities by leave-one-out likelihood; every y must be a label. */
   Status Calibrate() { return Status::FromC(egosieve_gp_calibrate(handle_)); }
@@ -261,9 +249,7 @@ class GaussianProcess {
   /** log p(y | X). */
   Result<double> LogMarginalLikelihood() const {
     double value = 0.0;
-    Status status = Status::FromC(egosieve_gp_log_marginal_likelihood(handle_, &value));
-    if (!status.ok()) return status;
-    return value;
+    return internal::Given(egosieve_gp_log_marginal_likelihood(handle_, &value), value);
   }
 
   /** At M x D points. */
@@ -296,14 +282,22 @@ class GaussianProcess {
     return Status::FromC(
         egosieve_gp_predict_joint(handle_, x.c(), of_observation, &mean.c(), &covariance.c()));
   }
+  /**
+   * k(x_i, z_j), N x M, at the model's hyperparameters, and its derivatives, see
+   * egosieve_gp_covariances(); a default z is x, and a default Array is not wanted.
+   */
+  Status Covariances(const ConstArray& x, const ConstArray& z, const Array& k,
+                     const Array& by_logarithms = {}, const Array& by_x = {}) const {
+    return Status::FromC(egosieve_gp_covariances(handle_, x.c(),
+                                                 z.c()->data == nullptr ? nullptr : z.c(), &k.c(),
+                                                 &by_logarithms.c(), &by_x.c()));
+  }
   /** Samples, (M k) x S, from the joint distribution at M x D points. The value: the jitter. */
   Result<double> Sample(const ConstArray& x, uint64_t seed, const Array& samples,
                         bool of_observation = false) const {
     double jitter = 0.0;
-    Status status = Status::FromC(
-        egosieve_gp_sample(handle_, x.c(), seed, of_observation, &samples.c(), &jitter));
-    if (!status.ok()) return status;
-    return jitter;
+    return internal::Given(
+        egosieve_gp_sample(handle_, x.c(), seed, of_observation, &samples.c(), &jitter), jitter);
   }
   /** Gradients with respect to the inputs: of the mean (M k) x D, of the variance M x D. */
   Status Gradients(const ConstArray& x, const Array& mean, const Array& variance = {}) const {
@@ -322,11 +316,11 @@ class GaussianProcess {
   Result<Likelihood> LikelihoodAt(const std::vector<double>& theta, bool with_gradient) const {
     Likelihood likelihood;
     likelihood.gradient.resize(with_gradient ? theta.size() : 0);
-    Status status = Status::FromC(egosieve_gp_likelihood_at(
-        handle_, theta.data(), static_cast<int64_t>(theta.size()), &likelihood.value,
-        with_gradient ? likelihood.gradient.data() : nullptr));
-    if (!status.ok()) return status;
-    return likelihood;
+    return internal::Given(
+        egosieve_gp_likelihood_at(handle_, theta.data(), static_cast<int64_t>(theta.size()),
+                                  &likelihood.value,
+                                  with_gradient ? likelihood.gradient.data() : nullptr),
+        likelihood);
   }
   /** A posterior of the model's current state, for threads that predict while the model learns. */
   Result<Posterior> MakePosterior() const {
@@ -372,6 +366,42 @@ class GaussianProcess {
   egosieve_gp* handle() const { return handle_; }
 
  private:
+  // Calls `run` with the options, null for the defaults, and gives its result.
+  template <typename Run>
+  Result<OptimizeResult> Search(const OptimizeOptions* given, const Run& run) {
+    const OptimizeOptions options = given == nullptr ? OptimizeOptions{} : *given;
+    const Result<GaussianProcessInfo> info = Describe();
+    if (!info.ok()) return info.status();
+    std::vector<int32_t> on_bound(info.value().scales.size() + 2);
+    egosieve_optimize_options c;
+    egosieve_optimize_result result;
+    egosieve_optimize_options_init(&c);
+    egosieve_optimize_result_init(&result);
+    result.on_bound = on_bound.data();
+    result.on_bound_count = static_cast<int64_t>(on_bound.size());
+    if (!options.lower.empty() && !options.upper.empty() &&
+        options.lower.size() != options.upper.size()) {
+      return Status(Code::kInvalidArgument, "lower and upper differ in size");
+    }
+    c.lower_bounds = options.lower.empty() ? nullptr : options.lower.data();
+    c.upper_bounds = options.upper.empty() ? nullptr : options.upper.data();
+    c.bound_count = static_cast<int64_t>(std::max(options.lower.size(), options.upper.size()));
+    c.subset_size = options.subset_size;
+    c.restarts = options.restarts;
+    c.gradient_steps = options.gradient_steps;
+    c.tolerance = options.tolerance;
+    c.seed = options.seed;
+    Status status = Status::FromC(run(&c, &result));
+    if (!status.ok()) return status;
+    return OptimizeResult{result.log_likelihood_at_start,
+                          result.log_likelihood,
+                          result.evaluations,
+                          result.points,
+                          result.converged != 0,
+                          result.gradient_norm,
+                          on_bound};
+  }
+
   // The handle is passed by reference because the call that gives `code` writes it.
   static Result<GaussianProcess> Own(egosieve_status code, egosieve_gp* const& handle) {
     if (code != EGOSIEVE_OK) return Status::FromC(code);

@@ -1,6 +1,6 @@
 /**
  * @file joint_posterior.h
- * Joint predictions of a model (gaussian_process.h) at several places: joint covariances, samples,
+ * Joint predictions of a model (gaussian_process.h) at several places: prior and joint covariances, samples,
  * gradients with respect to the inputs, and leave-one-out predictions.
  *
  *     cov(x, x') = k(x, x') - (L^-1 k*).(L^-1 k*')                                         (6)
@@ -36,6 +36,25 @@ EGOSIEVE_API egosieve_status egosieve_gp_predict_joint(egosieve_gp* gp,
                                                        int32_t of_observation,
                                                        const egosieve_array* mean,
                                                        const egosieve_array* covariance);
+
+/**
+ * The kernel matrix itself, k(x_i, z_j) at the model's hyperparameters, without noise, and its
+ * derivatives. Points of the model play no part. k is computed on the device in float64, if it has
+ * that; derivatives on the host.
+ * @param gp             The model.
+ * @param x              N x D, finite.
+ * @param z              M x D, finite; null: x.
+ * @param k              N x M; data null: not wanted.
+ * @param by_logarithms  (N M) x (scale_count + 1): row i M + j has the derivatives of k(x_i, z_j)
+ *                       with respect to the logarithms of the scales and of sigma_f; data null: not
+ *                       wanted.
+ * @param by_x           (N M) x D, those with respect to x_i; 0 at a cusp; data null: not wanted.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_covariances(egosieve_gp* gp, const egosieve_const_array* x,
+                                                     const egosieve_const_array* z,
+                                                     const egosieve_array* k,
+                                                     const egosieve_array* by_logarithms,
+                                                     const egosieve_array* by_x);
 
 /**
  * Draws samples (7) from the joint distribution at M places. For a model without points, this is

@@ -121,32 +121,25 @@ class Posterior {
   /** The errors of float32 results, which those of Enqueue() have. */
   Result<Float32Error> ErrorOfFloat32() const {
     Float32Error error;
-    Status status = Status::FromC(
-        egosieve_posterior_float32_error(handle_, &error.mean, &error.variance, &error.deviation));
-    if (!status.ok()) return status;
-    return error;
+    return internal::Given(
+        egosieve_posterior_float32_error(handle_, &error.mean, &error.variance, &error.deviation),
+        error);
   }
 
   /** Enqueues a prediction and returns. The value: a cl_event, which the caller releases. */
   Result<void*> Enqueue(const DeviceCall& call) const {
     void* event = nullptr;
-    Status status = Status::FromC(egosieve_posterior_enqueue(handle_, call.c(), &event));
-    if (!status.ok()) return status;
-    return event;
+    return internal::Given(egosieve_posterior_enqueue(handle_, call.c(), &event), event);
   }
   /** The posterior's cl_context; it lives as long as the posterior does. */
   Result<void*> OpenClContext() const {
     void* context = nullptr;
-    Status status = Status::FromC(egosieve_posterior_opencl(handle_, &context, nullptr));
-    if (!status.ok()) return status;
-    return context;
+    return internal::Given(egosieve_posterior_opencl(handle_, &context, nullptr), context);
   }
   /** The posterior's cl_device_id. */
   Result<void*> OpenClDevice() const {
     void* device = nullptr;
-    Status status = Status::FromC(egosieve_posterior_opencl(handle_, nullptr, &device));
-    if (!status.ok()) return status;
-    return device;
+    return internal::Given(egosieve_posterior_opencl(handle_, nullptr, &device), device);
   }
 
   /** The handle, still owned by this object. */

@@ -126,6 +126,16 @@ class [[nodiscard]] Result {
   Status status_;
 };
 
+namespace internal {
+
+/** `value`, which the C call that gave `code` has set, or the call's status. */
+template <typename T>
+Result<T> Given(egosieve_status code, T& value) {
+  if (code != EGOSIEVE_OK) return Status::FromC(code);
+  return std::move(value);
+}
+
+}  // namespace internal
 }  // namespace egosieve
 
 #endif  // EGOSIEVE_RESULT_HPP_

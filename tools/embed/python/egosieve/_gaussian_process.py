@@ -32,6 +32,7 @@ _egosieve = _library.Library("egosieve", {
     "egosieve_gp_noise_variances": [c_void_p, _ARRAY],
     "egosieve_gp_log_marginal_likelihood": [c_void_p, POINTER(c_double)],
     "egosieve_gp_optimize": [c_void_p, POINTER(OptimizeOptions), POINTER(OptimizeResult)],
+    "egosieve_gp_classify": [c_void_p, _ARRAY, _ARRAY, _ARRAY, POINTER(OptimizeOptions), POINTER(OptimizeResult)],
     "egosieve_gp_calibrate": [c_void_p],
     "egosieve_gp_predict": [c_void_p, _ARRAY, _PREDICTION],
     "egosieve_gp_predict_grid": [c_void_p, POINTER(Grid), _PREDICTION],
@@ -53,6 +54,7 @@ _egosieve = _library.Library("egosieve", {
     "egosieve_gp_serialize": _BYTES,
     "egosieve_gp_deserialize": [c_void_p, c_int64, c_char_p, POINTER(c_void_p)],
     "egosieve_gp_predict_joint": [c_void_p, _ARRAY, c_int32, _ARRAY, _ARRAY],
+    "egosieve_gp_covariances": [c_void_p, *5 * [_ARRAY]],
     "egosieve_gp_sample": [c_void_p, _ARRAY, c_uint64, c_int32, _ARRAY, POINTER(c_double)],
     "egosieve_gp_gradients": [c_void_p, _ARRAY, _ARRAY, _ARRAY],
     "egosieve_gp_leave_one_out": [c_void_p, _ARRAY, _ARRAY, _ARRAY],
@@ -117,7 +119,7 @@ class _Predictor:
         prediction.of_observation, prediction.precision = bool(of_observation), _PRECISIONS.index(precision)
         _call(self._prefix + call, self._handle, *place, byref(prediction))
         self.clamped_variances, self.float64_count = prediction.clamped_variances, prediction.float64_count
-        if precision == "auto" and self.float64_count and not self._told:
+        if precision == "auto" and self.float64_count and probability is None and not self._told:
             self._told = True
             warnings.warn(
                 "float32 does not suffice for this model: its errors exceed a hundredth of the posterior's deviation. "
@@ -200,10 +202,20 @@ class Model(_Predictor):
     def remove(self, rows):
         _call("egosieve_gp_remove", self._handle, (c_int64 * len(rows))(*rows), len(rows))
 
-    def optimize(self, bounds, **wishes):
-        """`bounds`: as GaussianProcess takes them."""
+    def optimize(self, **search):
+        return self._optimize("egosieve_gp_optimize", [], search)
+
+    def classify(self, x, labels, weights, search):
+        """`search`: None to keep the hyperparameters."""
+        inputs, targets = input_array("x", x), input_array("y", labels)
+        weights = None if weights is None else byref(input_array("sample_weight", weights))
+        return self._optimize("egosieve_gp_classify", [byref(inputs), byref(targets), weights], search)
+
+    def _optimize(self, function, points, search):
+        """`search`: subset_size, restarts, seed, and bounds as GaussianProcess takes them."""
         now = self.describe()
-        lower, upper = optimization.bounds(bounds, now["scales"], now["signal_stddev"], now["noise_stddev"])
+        search = dict(search or {"bounds": None})
+        lower, upper = optimization.bounds(search.pop("bounds"), now["scales"], now["signal_stddev"], now["noise_stddev"])
         on_bound = (c_int32 * len(lower))()
         result = _egosieve.new(OptimizeResult, "egosieve_optimize_result_init")
         result.on_bound, result.on_bound_count = on_bound, len(lower)
@@ -211,9 +223,9 @@ class Model(_Predictor):
             options = fill(
                 _egosieve.new(OptimizeOptions, "egosieve_optimize_options_init"), lower_bounds=_doubles(lower),
                 upper_bounds=_doubles(upper), bound_count=len(lower),
-                should_stop=_library.SHOULD_STOP(interruption.stops), **wishes,
+                should_stop=_library.SHOULD_STOP(interruption.stops), **search,
             )  # fmt: skip
-            status = _egosieve.status("egosieve_gp_optimize", self._handle, byref(options), byref(result))
+            status = _egosieve.status(function, self._handle, *points, byref(options) if search else None, byref(result))
             if not interruption.stops():
                 _library.check(status)
         account = {name: getattr(result, name) for name, _ in OptimizeResult._fields_[1:-2]}
@@ -256,6 +268,11 @@ class Model(_Predictor):
     def predict_joint(self, x, mean, covariance, of_observation):
         points, means, joint = input_array("x", x), output_array("mean", mean), output_array("covariance", covariance)
         _call("egosieve_gp_predict_joint", self._handle, byref(points), of_observation, byref(means), byref(joint))
+
+    def covariances(self, x, z, k, by_logarithms, by_x):
+        points, others = input_array("x", x), None if z is None else byref(input_array("z", z))
+        results = output_array("k", k), output_array("by_logarithms", by_logarithms), output_array("by_x", by_x)
+        _call("egosieve_gp_covariances", self._handle, byref(points), others, *map(byref, results))
 
     def sample(self, x, seed, samples, of_observation):
         points, out, jitter = input_array("x", x), output_array("samples", samples), c_double()

@@ -137,7 +137,7 @@ def variances(name, values, count):
         raise ValueError(f"{name} must be a scalar or an array with same number of entries as y ({count}); "
                          f"its shape is {array.shape}")  # fmt: skip
     if not (np.isfinite(array).all() and (array >= 0).all()):
-        raise ValueError(f"{name} holds {array[~((array >= 0) & np.isfinite(array))][0]}; variances are finite and not negative")
+        raise ValueError(f"{name} holds {array[~((array >= 0) & np.isfinite(array))][0]}; its values are finite and not negative")
     return array if array.any() else None
 
 
@@ -184,6 +184,8 @@ def labels(name, values, count):
     if values is None:
         raise ValueError(f"GaussianProcessClassifier requires {name} to be passed, but the target {name} is None")
     array = np.asarray(values)
+    if array.dtype == object and getattr(getattr(values, "dtype", None), "kind", "O") in "biuf":
+        array = values.to_numpy(dtype=values.dtype.numpy_dtype)  # pandas' nullable numbers and bool
     array = _flat(name, array)
     if array.ndim != 1:
         raise ValueError(f"{name} should be a 1d array, got an array of shape {array.shape} instead.")

@@ -1,28 +1,41 @@
-"""Classification of any labels by Gaussian processes on -1 and +1."""
+"""Classification of any labels by Gaussian processes."""
 
 import inspect
 
 import numpy as np
 
-from . import arguments
-from .estimator import Estimator
+from . import arguments, kernels
+from .estimator import Classifier
 from .gaussian_process import GaussianProcess
 
-_OF_REGRESSION = ("alpha", "normalize_y")
+# Of a regression.
+_LEFT_OUT = ("alpha", "mean", "approximation", "inducing_points", "normalize_y")
+_KERNEL = "isotropic(squared_exponential)"
 
 
-class GaussianProcessClassifier(Estimator):
-    """Classes by Gaussian process regression on the labels -1 and +1, one class against the rest where there are more.
+class GaussianProcessClassifier(Classifier):
+    """Classes by Gaussian processes, one class against the rest where there are more than two.
 
-    Probabilities are those of probabilistic least squares (Rasmussen & Williams, section 6.5), as
-    GaussianProcess.predict_proba gives them; of several classes they are scaled to the sum 1. Parameters are those of
-    GaussianProcess, without alpha and normalize_y.
+    Each class has hyperparameters of its own. Probabilities of several classes are scaled to the sum 1.
+
+    Parameters
+    ----------
+    kernel : str, or a kernel of scikit-learn's
+        As in GaussianProcess; the default has one length for all features.
+    likelihood : "laplace" or "least_squares"
+        "laplace": the probit likelihood with Laplace's approximation (Rasmussen & Williams, section 3.4), as
+        scikit-learn has it with the logistic one. "least_squares": regression on the labels -1 and +1, then
+        GaussianProcess.predict_proba (section 6.5), with sharper probabilities of many classes and without weights.
+    noise_stddev : float
+        Of "least_squares", where `optimize` is true its start.
+    others
+        As in GaussianProcess.
 
     Attributes
     ----------
     classes_ : array of shape (n_classes,), sorted
     n_features_in_ : int
-    models_ : list of GaussianProcess, one for two classes, else one per class
+    models_ : list of GaussianProcess of the latent f, one for two classes, else one per class
 
     Examples
     --------
@@ -33,30 +46,51 @@ class GaussianProcessClassifier(Estimator):
     array(['right'], dtype='<U5')
     """
 
-    _estimator_type = "classifier"
-
-    def __init__(self, kernel="arcsine", **parameters):
-        defaults = self._defaults()
-        for name in parameters:
-            if name not in defaults:
-                raise TypeError(f"GaussianProcessClassifier has no parameter '{name}'")
-        for name, value in {**defaults, **parameters, "kernel": kernel}.items():
+    def __init__(self, kernel=_KERNEL, **parameters):
+        given = inspect.signature(type(self)).bind(kernel, **parameters)
+        given.apply_defaults()
+        for name, value in given.arguments.items():
             setattr(self, name, value)
 
-    def fit(self, X, y):
-        """X : array of shape (n_samples, n_features); y : n_samples labels of any kind, at least two different."""
+    def fit(self, X, y, sample_weight=None):
+        """Starts anew.
+
+        Parameters
+        ----------
+        X : array of shape (n_samples, n_features)
+        y : n_samples labels of any kind, at least two different
+        sample_weight : n_samples weights, optional
+            A row of weight 2 counts as two rows, one of weight 0 is left out. At most 1e6.
+        """
         names = arguments.feature_names(X)
         X = arguments.matrix("X", X)
         y = arguments.labels("y", y, len(X))
+        weights = None if sample_weight is None else arguments.variances("sample_weight", sample_weight, len(X))
+        if sample_weight is not None:
+            if weights is None:
+                raise ValueError("every sample_weight is zero: at least two classes need a row")
+            used = weights > 0.0
+            X, y, weights = X[used], y[used], weights[used]
         classes, members = np.unique(y, return_inverse=True)
         if len(classes) < 2:
             raise ValueError(f"y holds {len(classes)} class, {classes[0]!r}; the classifier needs at least two")
-        wanted = [1] if len(classes) == 2 else range(len(classes))
-        self.models_ = [self._model().fit(X, np.where(members == c, 1.0, -1.0)) for c in wanted]
-        self.classes_, self.n_features_in_ = classes, X.shape[1]
-        self.__dict__.pop("feature_names_in_", None)
-        if names is not None:
-            self.feature_names_in_ = names
+        if self.likelihood not in ("laplace", "least_squares"):
+            raise ValueError(f"likelihood = {self.likelihood!r}; it must be 'laplace' or 'least_squares'")
+        laplace = self.likelihood == "laplace"
+        if laplace and not isinstance(self.kernel, str) and kernels.has_noise(self.kernel):
+            raise ValueError("kernel: a WhiteKernel is noise of the latent function, which likelihood='laplace' has not")
+        if weights is not None and not laplace and np.any(weights != 1.0):
+            raise ValueError("sample_weight: weights other than 0 and 1 need likelihood='laplace'")
+        if laplace:
+            X, members, weights = _distinct(X, members, weights)
+        parameters = self.get_params(deep=False)
+        del parameters["likelihood"]
+        self.models_ = []
+        for c in [1] if len(classes) == 2 else range(len(classes)):
+            model, labels = GaussianProcess(**parameters), np.where(members == c, 1.0, -1.0)
+            self.models_.append(model._fit_labels(X, labels, weights) if laplace else model.fit(X, labels))
+        self.classes_ = classes
+        self._take_features(X.shape[1], names)
         return self
 
     def predict_proba(self, X):
@@ -67,6 +101,7 @@ class GaussianProcessClassifier(Estimator):
         if len(self.models_) == 1:
             return self.models_[0].predict_proba(X)
         of_each = np.stack([model.predict_proba(X)[:, 1] for model in self.models_], axis=1)
+        of_each = np.maximum(of_each, np.finfo(of_each.dtype).tiny)
         return of_each / of_each.sum(axis=1, keepdims=True)
 
     def predict(self, X):
@@ -74,41 +109,38 @@ class GaussianProcessClassifier(Estimator):
         probabilities = self.predict_proba(X)
         return self.classes_[np.argmax(probabilities, axis=1)]
 
-    def score(self, X, y):
-        """The share of rows of X whose class is predicted."""
-        return float(np.mean(self.predict(X) == arguments.labels("y", y, np.shape(X)[0])))
+    @property
+    def kernel_(self):
+        """The kernel with the hyperparameters found: a list with one per class where there are more than two."""
+        if not self._is_fitted():
+            raise AttributeError("kernel_: the classifier is not fitted")
+        found = [model.kernel_ for model in self.models_]
+        return found[0] if len(found) == 1 else found
 
-    def _model(self):
-        return GaussianProcess(**self.get_params())
+    @property
+    def log_marginal_likelihood_value_(self):
+        """Laplace's approximation of log p(y | X), the mean over models_, of the points that the optimisation used."""
+        if not self._is_fitted() or self.likelihood != "laplace":
+            raise AttributeError("log_marginal_likelihood_value_ is there after a fit with likelihood='laplace'")
+        return float(np.mean([model.optimization_["log_likelihood"] for model in self.models_]))
 
     def _is_fitted(self):
         return hasattr(self, "models_")
 
-    def _more_tags(self):
-        return {**super()._more_tags(), "multioutput": False, "preserves_dtype": [np.float64, np.float32]}
 
-    def __sklearn_tags__(self):
-        from sklearn.utils import ClassifierTags, InputTags, Tags, TargetTags
-
-        return Tags(
-            estimator_type="classifier",
-            target_tags=TargetTags(required=True),
-            transformer_tags=None,
-            classifier_tags=ClassifierTags(),
-            regressor_tags=None,
-            input_tags=InputTags(),
-        )
-
-    @staticmethod
-    def _defaults():
-        signature = inspect.signature(GaussianProcess)
-        return {name: p.default for name, p in signature.parameters.items() if name not in _OF_REGRESSION}
-
-    @classmethod
-    def _parameter_names(cls):
-        return sorted(cls._defaults())
+def _distinct(X, members, weights):
+    """The different rows of one class each, sorted, with the sums of their weights: the order of rows is no matter."""
+    rows, places = np.unique(np.column_stack([X, members]), axis=0, return_inverse=True)
+    return np.ascontiguousarray(rows[:, :-1]), rows[:, -1], np.bincount(places.ravel(), weights).astype(np.float64)
 
 
-GaussianProcessClassifier.__signature__ = inspect.Signature(
-    [p for name, p in inspect.signature(GaussianProcess).parameters.items() if name not in _OF_REGRESSION]
-)
+def _signature():
+    parameters = dict(inspect.signature(GaussianProcess.__init__).parameters)
+    kept = [parameter for name, parameter in parameters.items() if name not in _LEFT_OUT]
+    kept[1] = kept[1].replace(default=_KERNEL)
+    kept.insert(2, inspect.Parameter("likelihood", inspect.Parameter.KEYWORD_ONLY, default="laplace"))
+    return inspect.Signature(kept)
+
+
+# What scikit-learn reads the parameters' names from.
+GaussianProcessClassifier.__init__.__signature__ = _signature()

@@ -9,6 +9,34 @@ from .predictor import Predictor
 class ExactPredictor(Predictor):
     """Samples, gradients, left-out points and likelihoods of a model; `_new_model` gives one of the prior."""
 
+    def covariance(self, X, Z=None, eval_gradient=False, eval_input_gradient=False):
+        """The kernel matrix k(X, Z) in float64, without noise, at the hyperparameters found, or before fit those given.
+
+        Parameters
+        ----------
+        X : array of shape (n, n_features)
+        Z : array of shape (m, n_features); None: X
+        eval_gradient, eval_input_gradient : bool
+            Also return the derivatives.
+
+        Returns
+        -------
+        K : array of shape (n, m)
+        gradient : array of shape (n, m, n_scales + 1), by the logarithms of the scales and of sigma_f
+        input_gradient : array of shape (n, m, n_features), by X; 0 at a cusp
+        """
+        fitted = self._is_fitted()
+        X, Z = (None if points is None else arguments.queries(self, points, self.n_features_in_) if fitted
+                else arguments.matrix(name, points) for name, points in (("X", X), ("Z", Z)))  # fmt: skip
+        core = self._core if fitted else self._new_model(X.shape[1])
+        pairs, features = (len(X), len(X if Z is None else Z)), X.shape[1]
+        scales = len(core.describe()["scales"])
+        results = [np.empty(pairs), np.empty((*pairs, scales + 1)) if eval_gradient else None,
+                   np.empty((*pairs, features)) if eval_input_gradient else None]  # fmt: skip
+        core.covariances(X, Z, *(None if one is None else one.reshape(-1, one.shape[-1]) for one in results))
+        wanted = tuple(one for one in results if one is not None)
+        return wanted if len(wanted) > 1 else wanted[0]
+
     def sample_y(self, X, n_samples=1, random_state=0, of_observation=None):
         """Samples from the joint posterior of f at the rows of X; before fit, from the prior.
 
@@ -95,3 +123,8 @@ class ExactPredictor(Predictor):
             theta = np.log([*found["scales"], found["signal_stddev"], found["noise_stddev"]])
         value, gradient = core.likelihood_at(np.ravel(theta).tolist(), eval_gradient)
         return (value, np.array(gradient)) if eval_gradient else value
+
+    @property
+    def log_marginal_likelihood_value_(self):
+        """log_marginal_likelihood() of the model as it is now."""
+        return self.log_marginal_likelihood()

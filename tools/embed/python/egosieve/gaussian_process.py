@@ -7,7 +7,7 @@ import numpy as np
 
 from . import arguments, kernels
 from ._gaussian_process import Model
-from .estimator import Estimator
+from .estimator import Regressor
 from .exact_predictor import ExactPredictor
 from .predictor import FrozenPosterior
 
@@ -25,7 +25,7 @@ def _plain(value):
     raise TypeError(f"a parameter of type {type(value).__name__} cannot be saved")
 
 
-class GaussianProcess(ExactPredictor, Estimator):
+class GaussianProcess(ExactPredictor, Regressor):
     """Gaussian process with a model that grows and shrinks, computed on an OpenCL device.
 
     With n points of one target or several, L L^T = K + diag(sigma_n^2 + alpha_i) and a = (L L^T)^-1 y,
@@ -68,7 +68,7 @@ class GaussianProcess(ExactPredictor, Estimator):
         also subtracted, with a warning, where it exceeds 10,000 deviations and the prior mean is zero.
     subset_size : int
         Points that the optimisation uses at most, drawn at random; 0: all.
-    n_restarts : int
+    n_restarts_optimizer : int
         Random starts of the optimisation after the first; the best result is kept.
     bounds : dict, optional
         Bounds of the optimisation: "scales", "signal_stddev" and "noise_stddev", each (lower, upper) or "fixed";
@@ -88,6 +88,7 @@ class GaussianProcess(ExactPredictor, Estimator):
     Attributes
     ----------
     n_features_in_ : int
+    kernel_ : str, or a kernel of scikit-learn's with the values found
     hyperparameters_ : dict
         scales, signal_stddev, noise_stddev and more, as they are now.
     X_train_, y_train_, alpha_train_ : arrays
@@ -121,7 +122,7 @@ class GaussianProcess(ExactPredictor, Estimator):
         optimize=True,
         normalize_y=False,
         subset_size=800,
-        n_restarts=0,
+        n_restarts_optimizer=0,
         bounds=None,
         random_state=1,
         device=None,
@@ -140,7 +141,7 @@ class GaussianProcess(ExactPredictor, Estimator):
         self.optimize = optimize
         self.normalize_y = normalize_y
         self.subset_size = subset_size
-        self.n_restarts = n_restarts
+        self.n_restarts_optimizer = n_restarts_optimizer
         self.bounds = bounds
         self.random_state = random_state
         self.device = device
@@ -167,15 +168,25 @@ class GaussianProcess(ExactPredictor, Estimator):
         model.condition(X, self._normalized(y, offset, scale), alpha)
         optimization = None
         if self.optimize and len(X) > 1:
-            optimization = model.optimize(
-                self.bounds if self.bounds is not None or isinstance(self.kernel, str) else kernels.translate(self.kernel, X.shape[1]).bounds,
-                subset_size=self.subset_size,
-                restarts=self.n_restarts,
-                seed=arguments.seed(self.random_state),
-            )
+            optimization = model.optimize(**self._search(X.shape[1]))
         self._adopt(model, X.shape[1], offset, scale, names)
         self.optimization_ = optimization
         return self
+
+    def _fit_labels(self, X, y, weights):
+        """As fit, for GaussianProcessClassifier: labels -1 and 1, and Laplace's approximation of f."""
+        model = self._new_model(X.shape[1])
+        search = self._search(X.shape[1]) if self.optimize and len(X) > 1 else None
+        self.optimization_ = model.classify(X, y, weights, search)
+        self._adopt(model, X.shape[1], 0.0, 1.0)
+        return self
+
+    def _search(self, n_features):
+        bounds = self.bounds
+        if bounds is None and not isinstance(self.kernel, str):
+            bounds = kernels.translate(self.kernel, n_features).bounds
+        return {"bounds": bounds, "subset_size": self.subset_size, "restarts": self.n_restarts_optimizer,
+                "seed": arguments.seed(self.random_state)}  # fmt: skip
 
     def partial_fit(self, X, y, alpha=0.0):
         """Conditions the model on more points, at the hyperparameters that it has.
@@ -279,6 +290,12 @@ class GaussianProcess(ExactPredictor, Estimator):
         return self._fitted()[0].describe()
 
     @property
+    def kernel_(self):
+        """`kernel` with the hyperparameters of the model: an object of scikit-learn's, or the text."""
+        found = self._fitted()[0].describe()
+        return found["kernel"] if isinstance(self.kernel, str) else kernels.with_values(self.kernel, found)
+
+    @property
     def X_train_(self):
         """A copy of the inputs of the points in the model, float64."""
         return self._points()[0]
@@ -357,7 +374,7 @@ class GaussianProcess(ExactPredictor, Estimator):
     def _annotation(self):
         # The model's own kernel is in the file; alpha belongs to the points, which are there as well.
         left_out = ("kernel", "scales", "alpha", "device", *_OF_THE_PROCESS)
-        parameters = {name: value for name, value in self.get_params().items() if name not in left_out}
+        parameters = {name: value for name, value in self.get_params(deep=False).items() if name not in left_out}
         names = getattr(self, "feature_names_in_", None)
         kept = {"offset": self._offset, "scale": self._scale, "parameters": parameters, "observed": self._observed,
                 "features": None if names is None else list(names)}  # fmt: skip
@@ -400,11 +417,8 @@ class GaussianProcess(ExactPredictor, Estimator):
 
     def _adopt(self, model, n_features, offset, scale, names=None):
         self._core, self._offset, self._scale = model, offset, scale
-        self.n_features_in_ = n_features
         self._observed = not isinstance(self.kernel, str) and kernels.has_noise(self.kernel)
-        self.__dict__.pop("feature_names_in_", None)
-        if names is not None:
-            self.feature_names_in_ = names
+        self._take_features(n_features, names)
 
     @staticmethod
     def _normalized(y, offset, scale):

@@ -186,3 +186,25 @@ def translate(kernel, n_features):
     if noise is not None:
         bounds["noise_stddev"] = _pair(noise)
     return Translation(part.text, [scale.now for scale in part.scales], signal.now, noise and noise.now, bounds)
+
+
+def with_values(kernel, found):
+    """`kernel` with the values that make its translation that of `found`, a model's hyperparameters.
+
+    Logarithms depend linearly on one another, but for sums of noises: Newton's method with the least change.
+    """
+    wanted = np.log([*found["scales"], found["signal_stddev"], found["noise_stddev"]])
+
+    def difference(theta):
+        now = translate(kernel.clone_with_theta(theta), found["dimension"])
+        noise = wanted[-1] if now.noise_stddev is None else np.log(now.noise_stddev)
+        return wanted - [*np.log([*now.scales, now.signal_stddev]), noise]
+
+    theta = np.array(kernel.theta)
+    for _ in range(20):
+        left = difference(theta)
+        if not len(theta) or np.abs(left).max() < 1e-12:
+            break
+        slopes = np.stack([(left - difference(theta + step)) / 1e-4 for step in 1e-4 * np.eye(len(theta))], axis=1)
+        theta = theta + np.linalg.lstsq(slopes, left, rcond=1e-6)[0]
+    return kernel.clone_with_theta(theta)
