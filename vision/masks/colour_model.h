@@ -1,6 +1,6 @@
 // The colours of moving and of static pixels of a shot.
 //
-//   c(x)      Lab colour, 0 to 255 per axis
+//   c(x)      Lab colour, 0 to 255 per axis, in bins of 4
 //   F         mixture of kParts Gaussians, fitted to c(x) with weights p^3                     (C1)
 //   G         the same with weights (1 - p)^3 b, b = kFar max(p * g) + p * g, g a Gaussian of
 //             deviation `around` times the longer side: the static pixels around the movers    (C2)
@@ -8,9 +8,10 @@
 //             smaller of the sums of p^3 and of (1 - p)^3: 0 without pixels of both kinds      (C3)
 //
 // Pixels with p near 0 or 1 count, others hardly. What is static around the movers is what they
-// have to be told from. The variances of each Gaussian are enlarged by kSpread, for noise.
+// have to be told from. The mixtures are fitted by expectation maximisation, from parts that the
+// widest part's longest axis divides; the variances are enlarged by kSpread, for noise.
 //
-// References: Rother, Kolmogorov & Blake, GrabCut (2004), for mixtures as a term of a
+// References: Orchard & Bouman, Color quantization of images (1991), for the first parts; Rother, Kolmogorov & Blake, GrabCut (2004), for mixtures as a term of a
 // segmentation; Papazoglou & Ferrari, Fast object segmentation in unconstrained video (2013), for
 // one model per shot.
 #ifndef EGOSIEVE_VISION_MASKS_COLOUR_MODEL_H_
@@ -24,9 +25,9 @@
 namespace egosieve::vision {
 
 struct ColourModelOptions {
-  double around = 0.1;           // of the picture's longer side; positive
-  double support_pixels = 50.0;  // positive
-  double limit = 4.0;            // of the evidence, log odds; positive
+  double around = 0.1;            // of the picture's longer side; positive
+  double support_pixels = 200.0;  // positive
+  double limit = 4.0;             // of the evidence, log odds; positive
 
   absl::Status Validate() const;
 };

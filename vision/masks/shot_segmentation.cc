@@ -13,7 +13,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr int kLongestSide = 216;
+constexpr int kLongestSide = 432;
 constexpr double kMostOfMap = 6.0;
 constexpr float kDecided = 2.0f;
 constexpr int kRounds = 2;

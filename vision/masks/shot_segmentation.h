@@ -29,7 +29,7 @@
 namespace egosieve::vision {
 
 struct ShotSegmentationOptions {
-  double within = 6.0;  // log odds; not negative
+  double within = 3.0;  // log odds; not negative
   double along = 2.0;   // log odds; not negative
   ColourModelOptions colour;
 
