@@ -1,98 +1,247 @@
 #include "vision/masks/colour_model.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <functional>
-#include <numeric>
+#include <cstdint>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "absl/strings/str_format.h"
+#include "kernels/base/parallel_for.h"
 
 namespace egosieve::vision {
 namespace {
 
-constexpr int kSteps = 16;  // of a colour axis
-constexpr int kColours = kSteps * kSteps * kSteps;
-// Added to the shares, so that the evidence of a rarely seen colour is weak.
-constexpr float kFloor = 2e-4f;
+using Eigen::Matrix3f;
+using Eigen::Vector3f;
 
-// v_i <- v_{i-1} / 4 + v_i / 2 + v_{i+1} / 4 along the axis whose steps lie `stride` apart; the
-// ends are repeated.
-void SmoothAxis(std::vector<float>& values, int stride) {
-  for (int start = 0; start < kColours; start += kSteps * stride) {
-    for (int offset = 0; offset < stride; ++offset) {
-      float* line = values.data() + start + offset;
-      float before = line[0];
-      for (int i = 0; i < kSteps; ++i) {
-        const float here = line[i * stride];
-        const float behind = i + 1 < kSteps ? line[(i + 1) * stride] : here;
-        line[i * stride] = 0.25f * (before + behind) + 0.5f * here;
-        before = here;
+constexpr int kParts = 12;
+constexpr float kSpread = 8.0f;  // squared steps of Lab
+constexpr float kFar = 0.02f;
+constexpr int kIterations = 15;
+
+// The colours in bins of 1 << kBinShift steps per axis.
+constexpr int kBinShift = 2, kBins = 256 >> kBinShift;
+
+size_t BinOf(const cv::Vec3b& colour) {
+  return ((colour[0] >> kBinShift) * kBins + (colour[1] >> kBinShift)) * kBins +
+         (colour[2] >> kBinShift);
+}
+
+Vector3f MiddleOf(size_t bin) {
+  const auto middle = [](size_t step) {
+    return (static_cast<float>(step) + 0.5f) * (1 << kBinShift) - 0.5f;
+  };
+  return {middle(bin / (kBins * kBins)), middle(bin / kBins % kBins), middle(bin % kBins)};
+}
+
+struct Colour {
+  Vector3f place;
+  float weight = 0.0f;
+};
+
+// The bins that have weight, with their sums of weights.
+std::vector<Colour> Histogram(const std::vector<cv::Mat3b>& colours,
+                              const std::vector<cv::Mat1f>& weights) {
+  std::vector<double> sums(kBins * kBins * kBins, 0.0);
+  for (size_t t = 0; t < colours.size(); ++t) {
+    auto weight = weights[t].begin();
+    for (const cv::Vec3b& colour : colours[t]) sums[BinOf(colour)] += *weight++;
+  }
+  std::vector<Colour> histogram;
+  for (size_t bin = 0; bin < sums.size(); ++bin) {
+    if (sums[bin] > 0.0) histogram.push_back({MiddleOf(bin), static_cast<float>(sums[bin])});
+  }
+  return histogram;
+}
+
+// Weight, mean and covariance of weighted colours.
+class Moments {
+ public:
+  void Add(const Vector3f& place, double weight) {
+    const Eigen::Vector3d x = place.cast<double>();
+    weight_ += weight;
+    first_ += weight * x;
+    second_ += weight * x * x.transpose();
+  }
+  double weight() const { return weight_; }
+  Eigen::Vector3d Mean() const { return first_ / std::max(weight_, 1e-9); }
+  Eigen::Matrix3d Covariance() const {
+    const Eigen::Vector3d mean = Mean();
+    return second_ / std::max(weight_, 1e-9) - mean * mean.transpose();
+  }
+
+ private:
+  double weight_ = 0.0;
+  Eigen::Vector3d first_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d second_ = Eigen::Matrix3d::Zero();
+};
+
+// Parts of the colours: the one that is widest, by weight times greatest variance, is halved at its
+// mean across its longest axis, until there are kParts.
+std::vector<Moments> SplitColours(const std::vector<Colour>& colours) {
+  std::vector<Moments> parts(1);
+  std::vector<int> part_of(colours.size(), 0);
+  for (const Colour& colour : colours) parts[0].Add(colour.place, colour.weight);
+  while (static_cast<int>(parts.size()) < kParts) {
+    int widest = 0;
+    double width = -1.0;
+    Eigen::Vector3d axis;
+    for (size_t k = 0; k < parts.size(); ++k) {
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(parts[k].Covariance());
+      if (axes.eigenvalues()(2) * parts[k].weight() <= width) continue;
+      width = axes.eigenvalues()(2) * parts[k].weight();
+      widest = static_cast<int>(k);
+      axis = axes.eigenvectors().col(2);
+    }
+    const double middle = axis.dot(parts[widest].Mean());
+    std::array<Moments, 2> halves;
+    for (size_t i = 0; i < colours.size(); ++i) {
+      if (part_of[i] != widest) continue;
+      const bool is_above = axis.dot(colours[i].place.cast<double>()) > middle;
+      halves[is_above ? 1 : 0].Add(colours[i].place, colours[i].weight);
+      if (is_above) part_of[i] = static_cast<int>(parts.size());
+    }
+    parts[widest] = halves[0];
+    parts.push_back(halves[1]);
+  }
+  return parts;
+}
+
+// (C1), fitted by expectation maximisation.
+class Mixture {
+ public:
+  explicit Mixture(const std::vector<Colour>& colours) {
+    std::vector<Moments> parts = SplitColours(colours);
+    double all = 0.0;
+    for (const Moments& part : parts) all += part.weight();
+    Set(parts, all);
+    std::array<float, kParts> shares;
+    for (int k = 0; k < kIterations; ++k) {
+      std::vector<Moments> next(kParts);
+      for (const Colour& colour : colours) {
+        Shares(colour.place, shares);
+        for (int part = 0; part < kParts; ++part) {
+          next[part].Add(colour.place, shares[part] * colour.weight);
+        }
       }
+      Set(next, all);
     }
   }
+
+  float LogDensity(const Vector3f& colour) const {
+    std::array<float, kParts> shares;
+    return Shares(colour, shares);
+  }
+
+ private:
+  struct Part {
+    Matrix3f whiten;
+    Vector3f mean;  // whitened
+    float log_scale = 0.0f;
+  };
+
+  void Set(const std::vector<Moments>& moments, double all) {
+    for (int k = 0; k < kParts; ++k) {
+      Eigen::Matrix3d covariance = moments[k].Covariance();
+      covariance.diagonal().array() += kSpread;
+      const Eigen::Matrix3d lower = covariance.llt().matrixL();
+      const Eigen::Matrix3d whiten =
+          lower.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity());
+      parts_[k].whiten = whiten.cast<float>();
+      parts_[k].mean = (whiten * moments[k].Mean()).cast<float>();
+      parts_[k].log_scale = static_cast<float>(
+          std::log(std::max(moments[k].weight() / all, 1e-12)) -
+          1.5 * std::log(2.0 * std::numbers::pi) - std::log(lower.diagonal().prod()));
+    }
+  }
+
+  // The share of each part in the density at a colour; returns the density's logarithm.
+  float Shares(const Vector3f& colour, std::array<float, kParts>& shares) const {
+    float top = -1e30f, sum = 0.0f;
+    for (int k = 0; k < kParts; ++k) {
+      const Part& part = parts_[k];
+      shares[k] = part.log_scale - 0.5f * (part.whiten * colour - part.mean).squaredNorm();
+      top = std::max(top, shares[k]);
+    }
+    for (float& share : shares) {
+      share = std::exp(share - top);
+      sum += share;
+    }
+    for (float& share : shares) share /= sum;
+    return top + std::log(sum);
+  }
+
+  std::array<Part, kParts> parts_;
+};
+
+// (C3) of the middle of each bin.
+std::vector<float> EvidenceTable(const Mixture& moving, const Mixture& still, float known,
+                                 float limit) {
+  std::vector<float> table(kBins * kBins * kBins);
+  kernels::ParallelFor(kBins, [&](int64_t lightness) {
+    for (size_t rest = 0; rest < kBins * kBins; ++rest) {
+      const size_t bin = lightness * kBins * kBins + rest;
+      const Vector3f colour = MiddleOf(bin);
+      const float ratio = moving.LogDensity(colour) - still.LogDensity(colour);
+      table[bin] = std::clamp(known * ratio, -limit, limit);
+    }
+  });
+  return table;
+}
+
+double Sum(const std::vector<cv::Mat1f>& weights) {
+  double sum = 0.0;
+  for (const cv::Mat1f& of_picture : weights) sum += cv::sum(of_picture)[0];
+  return sum;
 }
 
 }  // namespace
 
 absl::Status ColourModelOptions::Validate() const {
-  if (support_pixels > 0.0 && limit > 0.0) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrFormat(
-      "support_pixels = %g, limit = %g; both must be positive", support_pixels, limit));
+  if (around > 0.0 && support_pixels > 0.0 && limit > 0.0) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("around = %g, support_pixels = %g, limit = %g; all must be positive", around,
+                      support_pixels, limit));
 }
 
-cv::Mat1w ColourBins(const cv::Mat3b& image) {
-  cv::Mat3b colours;
-  cv::cvtColor(image, colours, cv::COLOR_BGR2Lab);
-  cv::Mat1w bins(image.size());
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      const cv::Vec3b& colour = colours(y, x);
-      bins(y, x) = static_cast<uint16_t>(((colour[0] >> 4) * kSteps + (colour[1] >> 4)) * kSteps +
-                                         (colour[2] >> 4));
-    }
-  }
-  return bins;
-}
-
-ColourModel::ColourModel() : moving_(kColours, 0.0f), still_(kColours, 0.0f) {}
-
-void ColourModel::Add(const cv::Mat1w& bins, const cv::Mat1f& probability) {
-  for (int y = 0; y < bins.rows; ++y) {
-    for (int x = 0; x < bins.cols; ++x) {
-      const float p = probability(y, x), q = 1.0f - p;
-      moving_[bins(y, x)] += p * p * p;
-      still_[bins(y, x)] += q * q * q;
-    }
-  }
-}
-
-void ColourModel::Add(const ColourModel& other) {
-  std::transform(moving_.begin(), moving_.end(), other.moving_.begin(), moving_.begin(),
-                 std::plus<>());
-  std::transform(still_.begin(), still_.end(), other.still_.begin(), still_.begin(), std::plus<>());
-}
-
-cv::Mat1f ColourModel::Evidence(const cv::Mat1w& bins, const ColourModelOptions& options) const {
-  std::vector<float> moving = moving_, still = still_;
-  for (std::vector<float>* values : {&moving, &still}) {
-    for (int stride = 1; stride < kColours; stride *= kSteps) SmoothAxis(*values, stride);
-  }
-  const float all_moving = std::accumulate(moving.begin(), moving.end(), 0.0f);
-  const float all_still = std::accumulate(still.begin(), still.end(), 0.0f);
-  const float least = std::min(all_moving, all_still);
-  const float known = least / (least + static_cast<float>(options.support_pixels));
+std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& images,
+                                      const std::vector<cv::Mat1f>& probability,
+                                      const ColourModelOptions& options) {
+  const auto count = static_cast<int64_t>(images.size());
+  std::vector<cv::Mat3b> colours(count);
+  std::vector<cv::Mat1f> moving(count), still(count), around(count);
+  kernels::ParallelFor(count, [&](int64_t t) {
+    cv::cvtColor(images[t], colours[t], cv::COLOR_BGR2Lab);
+    const cv::Mat1f &p = probability[t], q = 1.0f - p;
+    moving[t] = p.mul(p).mul(p);
+    still[t] = q.mul(q).mul(q);
+    cv::Mat1f near;
+    cv::GaussianBlur(p, near, {}, options.around * std::max(p.cols, p.rows));
+    double most = 0.0;
+    cv::minMaxLoc(near, nullptr, &most);
+    around[t] = still[t].mul(near + kFar * static_cast<float>(most));
+  });
+  const double all_moving = Sum(moving), all_still = Sum(still),
+               least = std::min(all_moving, all_still);
+  const auto known = static_cast<float>(least / (least + options.support_pixels));
   const auto limit = static_cast<float>(options.limit);
-  std::vector<float> evidence_of(kColours);
-  for (int bin = 0; bin < kColours; ++bin) {
-    const float f = moving[bin] / std::max(all_moving, 1e-6f) + kFloor;
-    const float g = still[bin] / std::max(all_still, 1e-6f) + kFloor;
-    evidence_of[bin] = std::clamp(known * std::log(f / g), -limit, limit);
-  }
-  cv::Mat1f evidence(bins.size());
-  for (int y = 0; y < bins.rows; ++y) {
-    for (int x = 0; x < bins.cols; ++x) evidence(y, x) = evidence_of[bins(y, x)];
-  }
+  std::vector<cv::Mat1f> evidence(count);
+  for (int64_t t = 0; t < count; ++t) evidence[t] = cv::Mat1f::zeros(images[t].size());
+  if (!(least > 0.0)) return evidence;
+  std::vector<Mixture> mixtures;
+  for (const auto* weights : {&moving, &around})
+    mixtures.emplace_back(Histogram(colours, *weights));
+  const std::vector<float> table = EvidenceTable(mixtures[0], mixtures[1], known, limit);
+  kernels::ParallelFor(count, [&](int64_t t) {
+    std::transform(colours[t].begin(), colours[t].end(), evidence[t].begin(),
+                   [&](const cv::Vec3b& colour) { return table[BinOf(colour)]; });
+  });
   return evidence;
 }
 

@@ -1,16 +1,19 @@
-// The colours of moving and of static pixels, learnt from pictures and their maps.
+// The colours of moving and of static pixels of a shot.
 //
-//   bin(x)    Lab colour in 16 steps per axis                                                  (C1)
-//   F, G      sums of p^3 and of (1 - p)^3 over the pixels of a bin: pixels with p near 0 or 1
-//             count, others hardly. Smoothed along each axis by [1/4, 1/2, 1/4]                (C2)
-//   f, g      F and G divided by their sums, plus a floor
-//   evidence  k log(f / g), clamped to [-limit, limit], k = s / (s + support), s the smaller of
-//             the two sums: the evidence is 0 without pixels of both kinds                     (C3)
+//   c(x)      Lab colour, 0 to 255 per axis, in bins of 4
+//   F         mixture of kParts Gaussians, fitted to c(x) with weights p^3                     (C1)
+//   G         the same with weights (1 - p)^3 b, b = kFar max(p * g) + p * g, g a Gaussian of
+//             deviation `around` times the longer side: the static pixels around the movers    (C2)
+//   evidence  k log(F(c) / G(c)), clamped to [-limit, limit], k = s / (s + support), s the
+//             smaller of the sums of p^3 and of (1 - p)^3: 0 without pixels of both kinds      (C3)
 //
-// Histograms of single pictures are added to give that of a window. Cost: linear in the pixels and
-// in the 4,096 bins.
+// Pixels with p near 0 or 1 count, others hardly. What is static around the movers is what they
+// have to be told from. The mixtures are fitted by expectation maximisation, from parts that the
+// widest part's longest axis divides; the variances are enlarged by kSpread, for noise.
 //
-// Reference: Boykov & Jolly (2001) for colour as a term of a segmentation; here with soft seeds.
+// References: Orchard & Bouman, Color quantization of images (1991), for the first parts; Rother, Kolmogorov & Blake, GrabCut (2004), for mixtures as a term of a
+// segmentation; Papazoglou & Ferrari, Fast object segmentation in unconstrained video (2013), for
+// one model per shot.
 #ifndef EGOSIEVE_VISION_MASKS_COLOUR_MODEL_H_
 #define EGOSIEVE_VISION_MASKS_COLOUR_MODEL_H_
 
@@ -22,29 +25,18 @@
 namespace egosieve::vision {
 
 struct ColourModelOptions {
+  double around = 0.1;            // of the picture's longer side; positive
   double support_pixels = 200.0;  // positive
-  double limit = 3.0;             // of the evidence, log odds; positive
+  double limit = 4.0;             // of the evidence, log odds; positive
 
   absl::Status Validate() const;
 };
 
-// (C1) of a picture in B G R: the bin of each pixel, below 4,096.
-cv::Mat1w ColourBins(const cv::Mat3b& image);
-
-class ColourModel {
- public:
-  ColourModel();
-
-  // bins: ColourBins of a picture. probability: of moving, of the same size.
-  void Add(const cv::Mat1w& bins, const cv::Mat1f& probability);
-  void Add(const ColourModel& other);
-
-  // (C3) of a picture of these bins; `options` must be valid.
-  cv::Mat1f Evidence(const cv::Mat1w& bins, const ColourModelOptions& options) const;
-
- private:
-  std::vector<float> moving_, still_;  // F, G before smoothing
-};
+// (C3) of each picture of a shot. images: B G R, of one size; probability: of moving, of the same
+// size. `options` must be valid. Cost: linear in the pixels.
+std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& images,
+                                      const std::vector<cv::Mat1f>& probability,
+                                      const ColourModelOptions& options);
 
 }  // namespace egosieve::vision
 

@@ -1,6 +1,6 @@
 // Brings a map to a picture's full resolution, with its steps at the edges of the picture.
 //
-//   l(x)   log odds of the linked map + colour evidence, at working resolution                (ER1)
+//   l(x)   log odds (SS3) of shot_segmentation.h, at working resolution                       (ER1)
 //   p      = fgs(1 / (1 + exp(-l))), l interpolated linearly to full resolution               (ER2)
 //   fgs    argmin_p sum (p - p_0)^2 + r^2 sum_{x ~ y} exp(-|I_x - I_y| / levels) (p_x - p_y)^2:
 //          OpenCV's fast global smoother; r = reach times the longer side, in pixels

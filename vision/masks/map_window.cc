@@ -1,7 +1,7 @@
 #include "vision/masks/map_window.h"
 
 #include <algorithm>
-#include <cmath>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
@@ -17,6 +17,7 @@ namespace {
 // Weights of the temporal link are below a fiftieth at this distance.
 constexpr double kReachInMemories = 4.0;
 constexpr int kLeastFlowSide = 16;
+constexpr size_t kCausalFrames = 8;
 
 bool ShowOneScene(const FlowPair& flow, const cv::Mat1b& first, const cv::Mat1b& second) {
   const TrackedGrid grid = TrackGrid(flow, first, second, true, {});
@@ -27,39 +28,70 @@ bool ShowOneScene(const FlowPair& flow, const cv::Mat1b& first, const cv::Mat1b&
   return scene.IsOneScene();
 }
 
-// The first and the last of the frames whose colours are used for frame t.
-std::pair<size_t, size_t> ColourRange(const std::vector<WindowFrame>& frames, size_t t,
-                                      const MapWindowOptions& options) {
-  const auto is_near = [&](size_t s) {
-    return std::abs(frames[s].time_seconds - frames[t].time_seconds) <= options.colour_seconds;
-  };
-  size_t first = t, last = t;
-  while (first > 0 && !frames[first].flow.forward.empty() && is_near(first - 1)) --first;
-  while (!options.link.causal && last + 1 < frames.size() &&
-         !frames[last + 1].flow.forward.empty() && is_near(last + 1)) {
-    ++last;
-  }
-  return {first, last};
-}
-
-// linked + colour of every frame.
-std::vector<cv::Mat1f> JoinColours(const std::vector<WindowFrame>& frames,
-                                   const MapWindowOptions& options) {
+std::vector<cv::Mat1f> LinkedMaps(const std::vector<WindowFrame>& frames,
+                                  const MapWindowOptions& options) {
   std::vector<LinkFrame> links;
   for (const WindowFrame& frame : frames) {
     links.push_back({frame.time_seconds, frame.log_odds, frame.has_map, frame.flow, frame.errors});
   }
-  std::vector<cv::Mat1f> joined = LinkMaps(links, options.link);
-  std::vector<ColourModel> colours(frames.size());
-  const auto all = static_cast<int64_t>(frames.size());
-  kernels::ParallelFor(all,
-                       [&](int64_t i) { colours[i].Add(frames[i].bins, Probability(joined[i])); });
-  kernels::ParallelFor(all, [&](int64_t t) {
-    ColourModel around;
-    const auto [from, to] = ColourRange(frames, t, options);
-    for (size_t s = from; s <= to; ++s) around.Add(colours[s]);
-    joined[t] += around.Evidence(frames[t].bins, options.colour);
-  });
+  return LinkMaps(links, options.link);
+}
+
+// Frames begin to end - 1.
+struct FrameSpan {
+  size_t begin = 0, end = 0;
+};
+
+// The frames that those of `wanted` are linked with by the second link.
+FrameSpan SteadySpan(const std::vector<WindowFrame>& frames, FrameSpan wanted,
+                     const MapWindowOptions& options) {
+  const double reach = kReachInMemories * options.steady_seconds;
+  const double first = frames[wanted.begin].time_seconds;
+  const double last = frames[wanted.end - 1].time_seconds;
+  FrameSpan span = wanted;
+  while (span.begin > 0 && first - frames[span.begin - 1].time_seconds <= reach) --span.begin;
+  while (!options.link.causal && span.end < frames.size() &&
+         frames[span.end].time_seconds - last <= reach) {
+    ++span.end;
+  }
+  return span;
+}
+
+// (SS3) of the frames of `span`, which is of one shot.
+std::vector<cv::Mat1f> SegmentSpan(const std::vector<WindowFrame>& frames,
+                                   const std::vector<cv::Mat1f>& linked, FrameSpan span,
+                                   const MapWindowOptions& options) {
+  std::vector<ShotFrame> shot;
+  for (size_t t = span.begin; t < span.end; ++t) {
+    ShotFrame& frame = shot.emplace_back();
+    frame.image = frames[t].small;
+    frame.log_odds = linked[t];
+    if (t == span.begin) continue;
+    frame.backward = frames[t].flow.backward;
+    frame.agreement = AgreementOf(frames[t].errors.backward, options.link.tolerance_pixels);
+  }
+  return SegmentShot(shot, options.shot);
+}
+
+// (SS3) of the frames of `span`, shot by shot; where the link is causal, each from itself and the
+// kCausalFrames before it.
+std::vector<cv::Mat1f> SegmentShots(const std::vector<WindowFrame>& frames,
+                                    const std::vector<cv::Mat1f>& linked, FrameSpan span,
+                                    const MapWindowOptions& options) {
+  std::vector<cv::Mat1f> joined;
+  for (size_t begin = span.begin, end = begin; begin < span.end; begin = end) {
+    end = begin + 1;
+    while (end < span.end && !frames[end].flow.forward.empty()) ++end;
+    if (!options.link.causal) {
+      std::ranges::move(SegmentSpan(frames, linked, {begin, end}, options),
+                        std::back_inserter(joined));
+      continue;
+    }
+    for (size_t t = begin; t < end; ++t) {
+      const size_t from = t - std::min(t - begin, kCausalFrames);
+      joined.push_back(SegmentSpan(frames, linked, {from, t + 1}, options).back());
+    }
+  }
   return joined;
 }
 
@@ -67,17 +99,15 @@ std::vector<cv::Mat1f> JoinColours(const std::vector<WindowFrame>& frames,
 
 absl::Status MapWindowOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(link.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(colour.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(shot.Validate());
   EGOSIEVE_RETURN_IF_ERROR(edges.Validate());
-  if (colour_seconds >= 0.0 && steady_seconds > 0.0) return absl::OkStatus();
+  if (steady_seconds > 0.0) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrFormat("colour_seconds = %g, steady_seconds = %g; the first must not be negative, "
-                      "the second must be positive",
-                      colour_seconds, steady_seconds));
+      absl::StrFormat("steady_seconds = %g; it must be positive", steady_seconds));
 }
 
 double MapWindowOptions::ReachSeconds() const {
-  return std::max(kReachInMemories * link.memory_seconds, colour_seconds);
+  return kReachInMemories * (link.memory_seconds + steady_seconds);
 }
 
 WindowFrame MakeWindowFrame(double time_seconds, const cv::Mat3b& image,
@@ -87,7 +117,6 @@ WindowFrame MakeWindowFrame(double time_seconds, const cv::Mat3b& image,
   frame.time_seconds = time_seconds;
   frame.image = image;
   frame.small = ToWorkingSize(image, step);
-  frame.bins = ColourBins(frame.small);
   frame.log_odds = LogOdds(ToWorkingSize(probability, step));
   frame.has_map = has_map;
   return frame;
@@ -121,26 +150,27 @@ absl::Status LinkFrames(std::vector<WindowFrame>& frames) {
 
 std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int first, int count,
                                     const MapWindowOptions& options) {
-  const std::vector<cv::Mat1f> joined = JoinColours(frames, options);
-  const auto all = static_cast<int64_t>(frames.size());
-  std::vector<cv::Mat1f> sharp(frames.size());
-  kernels::ParallelFor(all, [&](int64_t i) {
-    sharp[i] = LogOdds(RefineProbability(frames[i].small, joined[i], options.edges));
+  const FrameSpan wanted{static_cast<size_t>(first), static_cast<size_t>(first + count)};
+  const FrameSpan span = SteadySpan(frames, wanted, options);
+  const std::vector<cv::Mat1f> joined =
+      SegmentShots(frames, LinkedMaps(frames, options), span, options);
+  std::vector<LinkFrame> links(joined.size());
+  kernels::ParallelFor(static_cast<int64_t>(links.size()), [&](int64_t i) {
+    const WindowFrame& frame = frames[span.begin + i];
+    links[i] = {frame.time_seconds,
+                LogOdds(RefineProbability(frame.small, joined[i], options.edges)), true, frame.flow,
+                frame.errors};
   });
   TemporalLinkOptions steady = options.link;
   steady.memory_seconds = options.steady_seconds;
-  std::vector<LinkFrame> links;
-  for (size_t t = 0; t < frames.size(); ++t) {
-    links.push_back({frames[t].time_seconds, sharp[t], true, frames[t].flow, frames[t].errors});
-  }
   const std::vector<cv::Mat1f> linked = LinkMaps(links, steady);
   std::vector<cv::Mat1f> refined(count);
   kernels::ParallelFor(count, [&](int64_t k) {
-    const size_t t = first + k;
-    const cv::Mat3b& image = frames[t].image;
+    const size_t i = wanted.begin - span.begin + k;
+    const cv::Mat3b& image = frames[wanted.begin + k].image;
     cv::Mat1f shift;
-    cv::resize(linked[t] - sharp[t], shift, image.size(), 0, 0, cv::INTER_LINEAR);
-    refined[k] = Probability(LogOdds(RefineProbability(image, joined[t], options.edges)) + shift);
+    cv::resize(linked[i] - links[i].log_odds, shift, image.size(), 0, 0, cv::INTER_LINEAR);
+    refined[k] = Probability(LogOdds(RefineProbability(image, joined[i], options.edges)) + shift);
   });
   return refined;
 }

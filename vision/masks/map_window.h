@@ -1,16 +1,15 @@
-// Refines the maps of consecutive frames together: links them over time (temporal_link.h), adds the
-// evidence of colours (colour_model.h) and fits them to the edges of the pictures
-// (edge_refinement.h).
+// Refines the maps of consecutive frames together: links them over time (temporal_link.h), decides
+// over the shot which pixels move (shot_segmentation.h) and fits the result to the edges of the
+// pictures (edge_refinement.h).
 //
 //   linked   (TL3) over the frames of the window
-//   colour   (C3), learnt from the linked maps of the frames within colour_seconds before and
-//            after, up to the next cut; only of those before where the link is causal
-//   sharp    (ER2) of linked + colour, at working resolution
+//   joined   (SS3) over the frames of a shot; of those before alone where the link is causal
+//   sharp    (ER2) of joined, at working resolution
 //   steady   log odds of sharp, linked by (TL3) with a memory of steady_seconds
-//   refined  (ER2) of linked + colour at full resolution, its log odds shifted by steady - sharp
+//   refined  (ER2) of joined at full resolution, its log odds shifted by steady - sharp
 //
 // The first link determines which pixels move. The second removes flicker of the outlines, which
-// colours or an edge in a single frame can cause.
+// an edge in a single frame can cause.
 //
 // A frame's result depends only on the frames of the window, not on the number of threads.
 #ifndef EGOSIEVE_VISION_MASKS_MAP_WINDOW_H_
@@ -22,17 +21,16 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "vision/features/flow_grid.h"
-#include "vision/masks/colour_model.h"
 #include "vision/masks/edge_refinement.h"
+#include "vision/masks/shot_segmentation.h"
 #include "vision/masks/temporal_link.h"
 
 namespace egosieve::vision {
 
 struct MapWindowOptions {
   TemporalLinkOptions link;
-  double colour_seconds = 1.2;  // >= 0
   double steady_seconds = 0.2;  // positive
-  ColourModelOptions colour;
+  ShotSegmentationOptions shot;
   EdgeRefinementOptions edges;
 
   absl::Status Validate() const;
@@ -45,7 +43,6 @@ struct WindowFrame {
   double time_seconds = 0.0;
   cv::Mat3b image;     // B G R, full resolution; needed if the frame itself is refined
   cv::Mat3b small;     // at working resolution (edge_refinement.h), like all fields below
-  cv::Mat1w bins;      // ColourBins of `small`
   cv::Mat1f log_odds;  // of the map
   bool has_map = true;
   FlowPair flow;           // from the previous frame to this one; empty: not linked

@@ -37,14 +37,6 @@ cv::Mat1f ReturnError(const cv::Mat& from, const cv::Mat& back) {
   return errors;
 }
 
-// k of its squared errors.
-cv::Mat1f AgreementOf(const cv::Mat1f& errors, double tolerance_pixels) {
-  const auto scale = static_cast<float>(-0.5 / (tolerance_pixels * tolerance_pixels));
-  cv::Mat1f agreement = errors * scale;
-  cv::exp(agreement, agreement);
-  return agreement;
-}
-
 // Adds the sums of a neighbour, sampled along `flow`, which starts at this frame.
 void TakeOver(const Sums& neighbour, const cv::Mat& flow, const cv::Mat1f& errors, double seconds,
               const TemporalLinkOptions& options, Sums& sums) {
@@ -107,6 +99,13 @@ cv::Mat WarpByFlow(const cv::Mat& values, const cv::Mat& flow, int interpolation
   cv::Mat warped;
   cv::remap(values, warped, places, cv::noArray(), interpolation, cv::BORDER_REPLICATE);
   return warped;
+}
+
+cv::Mat1f AgreementOf(const cv::Mat1f& errors, double tolerance_pixels) {
+  const auto scale = static_cast<float>(-0.5 / (tolerance_pixels * tolerance_pixels));
+  cv::Mat1f agreement = errors * scale;
+  cv::exp(agreement, agreement);
+  return agreement;
 }
 
 cv::Mat1f FlowAgreement(const cv::Mat& from, const cv::Mat& back, double tolerance_pixels) {

@@ -48,6 +48,9 @@ struct LinkFrame {
 // Empty where the flow is empty.
 ReturnErrors ReturnErrorsOf(const FlowPair& flow);
 
+// k above, from squared errors of ReturnErrors.
+cv::Mat1f AgreementOf(const cv::Mat1f& errors, double tolerance_pixels);
+
 // k above at each pixel of the picture in which `from` starts: agreement of flow with its return.
 cv::Mat1f FlowAgreement(const cv::Mat& from, const cv::Mat& back, double tolerance_pixels);
 

@@ -1,0 +1,163 @@
+#include "vision/masks/shot_segmentation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/imgproc/detail/gcgraph.hpp>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/parallel_for.h"
+#include "vision/masks/edge_refinement.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kLongestSide = 432;
+constexpr double kMostOfMap = 6.0;
+constexpr float kDecided = 2.0f;
+constexpr int kRounds = 2;
+constexpr float kLeastLink = 0.05f;  // of links between pictures
+
+// A picture at the size of the graph.
+struct Nodes {
+  cv::Mat3b image, lab;
+  cv::Mat1f log_odds;
+  cv::Mat2f backward;  // nodes
+  cv::Mat1f agreement;
+};
+
+Nodes NodesOf(const ShotFrame& frame) {
+  const cv::Size size = frame.image.size();
+  const int step = (std::max(size.width, size.height) + kLongestSide - 1) / kLongestSide;
+  Nodes nodes;
+  nodes.image = ToWorkingSize(frame.image, step);
+  cv::cvtColor(nodes.image, nodes.lab, cv::COLOR_BGR2Lab);
+  nodes.log_odds = ToWorkingSize(frame.log_odds, step);
+  nodes.log_odds = cv::max(cv::min(nodes.log_odds, kMostOfMap), -kMostOfMap);
+  if (frame.backward.empty()) return nodes;
+  nodes.backward = ToWorkingSize(frame.backward, step) / step;
+  nodes.agreement = ToWorkingSize(frame.agreement, step);
+  return nodes;
+}
+
+float SquaredDifference(const cv::Vec3b& a, const cv::Vec3b& b) {
+  const cv::Vec3f difference = cv::Vec3f(a) - cv::Vec3f(b);
+  return difference.dot(difference);
+}
+
+// work(x, y, other): each pair of neighbours in a picture.
+template <typename Work>
+void ForEachNeighbours(cv::Size size, const Work& work) {
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (x + 1 < size.width) work(x, y, cv::Point(x + 1, y));
+      if (y + 1 < size.height) work(x, y, cv::Point(x, y + 1));
+    }
+  }
+}
+
+// 2 m of (SS2).
+double ContrastScale(const std::vector<Nodes>& shot) {
+  double sum = 0.0, count = 0.0;
+  for (const Nodes& nodes : shot) {
+    ForEachNeighbours(nodes.lab.size(), [&](int x, int y, cv::Point other) {
+      sum += SquaredDifference(nodes.lab(y, x), nodes.lab(other));
+      count += 1.0;
+    });
+  }
+  return std::max(2.0 * sum / std::max(count, 1.0), 1e-3);
+}
+
+// S that minimises (SS2); unary: u.
+std::vector<cv::Mat1b> Cut(const std::vector<Nodes>& shot, const std::vector<cv::Mat1f>& unary,
+                           double contrast_scale, const ShotSegmentationOptions& options) {
+  const cv::Size size = shot[0].lab.size();
+  const auto count = static_cast<unsigned>(shot.size() * size.area());
+  cv::detail::GCGraph<float> graph(count, 6 * count);
+  for (const cv::Mat1f& of_picture : unary) {
+    for (const float u : of_picture) {
+      graph.addTermWeights(graph.addVtx(), std::max(u, 0.0f), std::max(-u, 0.0f));
+    }
+  }
+  const auto node = [&](size_t t, int x, int y) {
+    return static_cast<int>(t) * size.area() + y * size.width + x;
+  };
+  const auto within = static_cast<float>(options.within);
+  const auto along = static_cast<float>(options.along);
+  const auto scale = static_cast<float>(contrast_scale);
+  for (size_t t = 0; t < shot.size(); ++t) {
+    const Nodes& nodes = shot[t];
+    ForEachNeighbours(size, [&](int x, int y, cv::Point other) {
+      const float weight =
+          within * std::exp(-SquaredDifference(nodes.lab(y, x), nodes.lab(other)) / scale);
+      graph.addEdges(node(t, x, y), node(t, other.x, other.y), weight, weight);
+    });
+    if (t == 0) continue;
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) {
+        const cv::Point there(cvRound(x + nodes.backward(y, x)[0]),
+                              cvRound(y + nodes.backward(y, x)[1]));
+        const float agreement = nodes.agreement(y, x);
+        if (!(agreement > kLeastLink) || !cv::Rect({}, size).contains(there)) continue;
+        graph.addEdges(node(t, x, y), node(t - 1, there.x, there.y), along * agreement,
+                       along * agreement);
+      }
+    }
+  }
+  graph.maxFlow();
+  std::vector<cv::Mat1b> moving;
+  for (size_t t = 0; t < shot.size(); ++t) {
+    cv::Mat1b& of_picture = moving.emplace_back(size);
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) {
+        of_picture(y, x) = graph.inSourceSegment(node(t, x, y)) ? 1 : 0;
+      }
+    }
+  }
+  return moving;
+}
+
+}  // namespace
+
+absl::Status ShotSegmentationOptions::Validate() const {
+  if (!(within >= 0.0 && along >= 0.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("within = %g, along = %g; neither must be negative", within, along));
+  }
+  return colour.Validate();
+}
+
+std::vector<cv::Mat1f> SegmentShot(const std::vector<ShotFrame>& frames,
+                                   const ShotSegmentationOptions& options) {
+  const auto count = static_cast<int64_t>(frames.size());
+  std::vector<Nodes> shot(count);
+  kernels::ParallelFor(count, [&](int64_t t) { shot[t] = NodesOf(frames[t]); });
+  std::vector<cv::Mat3b> images;
+  std::vector<cv::Mat1f> probability;
+  for (const Nodes& nodes : shot) {
+    images.push_back(nodes.image);
+    probability.push_back(Probability(nodes.log_odds));
+  }
+  const double contrast_scale = ContrastScale(shot);
+  std::vector<cv::Mat1f> unary, decided(count);
+  std::vector<cv::Mat1b> moving;
+  for (int round = 0; round < kRounds; ++round) {
+    unary = ColourEvidence(images, probability, options.colour);
+    for (int64_t t = 0; t < count; ++t) unary[t] += shot[t].log_odds;
+    moving = Cut(shot, unary, contrast_scale, options);
+    for (int64_t t = 0; t < count; ++t) {
+      cv::Mat1f side;
+      moving[t].convertTo(side, CV_32F);
+      probability[t] = 0.5f * (probability[t] + side);
+      decided[t] = kDecided * (2.0f * side - 1.0f);
+    }
+  }
+  std::vector<cv::Mat1f> joined(count);
+  kernels::ParallelFor(count, [&](int64_t t) {
+    cv::resize(unary[t] + decided[t], joined[t], frames[t].image.size(), 0, 0, cv::INTER_LINEAR);
+  });
+  return joined;
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,53 @@
+// Decides over a shot which pixels move: from the maps, the colours and the edges of all of its
+// pictures at once.
+//
+//   u(x)     clamp(linked log odds of the map, +-kMostOfMap) + colour evidence (C3)            (SS1)
+//   E(S)     sum_x -u(x) S(x)
+//            + within sum_{x ~ y} exp(-|c_x - c_y|^2 / (2 m)) [S(x) != S(y)]
+//            + along sum_{x -> y} k_xy [S(x) != S(y)]                                          (SS2)
+//   l(x)     u(x) + kDecided (2 S(x) - 1)                                                      (SS3)
+//
+// x ~ y are neighbours in a picture, c their Lab colours and m the mean of |c_x - c_y|^2 over the
+// shot. x -> y is the pixel of the picture before where flow leads, k_xy the agreement of flow with
+// its return (temporal_link.h). S minimises E by maximum flow. The colours are learnt from the maps
+// and once more with S: p / 2 where S is 0, (1 + p) / 2 where it is 1.
+//
+// The graph's nodes are blocks of pixels, so that the longer side has at most kLongestSide of them.
+// The result depends only on the frames given, not on the number of threads.
+//
+// References: Boykov & Kolmogorov (2004) for maximum flow, by OpenCV; Papazoglou & Ferrari, Fast
+// object segmentation in unconstrained video (2013).
+#ifndef EGOSIEVE_VISION_MASKS_SHOT_SEGMENTATION_H_
+#define EGOSIEVE_VISION_MASKS_SHOT_SEGMENTATION_H_
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "vision/masks/colour_model.h"
+
+namespace egosieve::vision {
+
+struct ShotSegmentationOptions {
+  double within = 3.0;  // log odds; not negative
+  double along = 2.0;   // log odds; not negative
+  ColourModelOptions colour;
+
+  absl::Status Validate() const;
+};
+
+// A picture of a shot; all of one size.
+struct ShotFrame {
+  cv::Mat3b image;      // B G R
+  cv::Mat1f log_odds;   // of the linked map
+  cv::Mat backward;     // CV_32FC2, flow to the picture before, pixels; empty in the first
+  cv::Mat1f agreement;  // k of `backward`, in [0, 1]; empty in the first
+};
+
+// (SS3) of each picture, of its size.
+std::vector<cv::Mat1f> SegmentShot(const std::vector<ShotFrame>& frames,
+                                   const ShotSegmentationOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_MASKS_SHOT_SEGMENTATION_H_
