@@ -216,7 +216,7 @@ absl::StatusOr<std::vector<BatchDrive>> DrivesOfFolder(const std::string& input,
   std::error_code error;
   for (const fs::path& path : paths) {
     const fs::path name = fs::is_directory(path, error) ? path.filename() : path.stem();
-    drives.push_back({.path = InputOf(path)});
+    drives.emplace_back().path = InputOf(path);
     EGOSIEVE_RETURN_IF_ERROR(Complete(name.string(), "", "", given, drives.back()));
   }
   return drives;
