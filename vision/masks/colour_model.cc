@@ -24,6 +24,7 @@ constexpr int kParts = 12;
 constexpr float kSpread = 8.0f;  // squared steps of Lab
 constexpr float kFar = 0.02f;
 constexpr int kIterations = 15;
+constexpr float kLeastShare = 1e-3f;  // of a part in a colour that changes the part
 
 // The colours in bins of 1 << kBinShift steps per axis.
 constexpr int kBinShift = 2, kBins = 256 >> kBinShift;
@@ -127,6 +128,7 @@ class Mixture {
       for (const Colour& colour : colours) {
         Shares(colour.place, shares);
         for (int part = 0; part < kParts; ++part) {
+          if (shares[part] < kLeastShare) continue;
           next[part].Add(colour.place, shares[part] * colour.weight);
         }
       }
@@ -180,13 +182,18 @@ class Mixture {
   std::array<Part, kParts> parts_;
 };
 
-// (C3) of the middle of each bin.
-std::vector<float> EvidenceTable(const Mixture& moving, const Mixture& still, float known,
-                                 float limit) {
-  std::vector<float> table(kBins * kBins * kBins);
-  kernels::ParallelFor(kBins, [&](int64_t lightness) {
-    for (size_t rest = 0; rest < kBins * kBins; ++rest) {
-      const size_t bin = lightness * kBins * kBins + rest;
+// (C3) of the middle of each bin that the pictures have.
+std::vector<float> EvidenceTable(const std::vector<cv::Mat3b>& colours, const Mixture& moving,
+                                 const Mixture& still, float known, float limit) {
+  std::vector<float> table(kBins * kBins * kBins, 0.0f);
+  std::vector<uint8_t> is_seen(table.size(), 0);
+  for (const cv::Mat3b& of_picture : colours) {
+    for (const cv::Vec3b& colour : of_picture) is_seen[BinOf(colour)] = 1;
+  }
+  constexpr size_t kSlice = kBins * kBins;
+  kernels::ParallelFor(kBins, [&](int64_t slice) {
+    for (size_t bin = slice * kSlice; bin < (slice + 1) * kSlice; ++bin) {
+      if (is_seen[bin] == 0) continue;
       const Vector3f colour = MiddleOf(bin);
       const float ratio = moving.LogDensity(colour) - still.LogDensity(colour);
       table[bin] = std::clamp(known * ratio, -limit, limit);
@@ -237,7 +244,7 @@ std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& images,
   std::vector<Mixture> mixtures;
   for (const auto* weights : {&moving, &around})
     mixtures.emplace_back(Histogram(colours, *weights));
-  const std::vector<float> table = EvidenceTable(mixtures[0], mixtures[1], known, limit);
+  const std::vector<float> table = EvidenceTable(colours, mixtures[0], mixtures[1], known, limit);
   kernels::ParallelFor(count, [&](int64_t t) {
     std::transform(colours[t].begin(), colours[t].end(), evidence[t].begin(),
                    [&](const cv::Vec3b& colour) { return table[BinOf(colour)]; });
