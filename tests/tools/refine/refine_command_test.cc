@@ -56,8 +56,8 @@ TEST(RefineCommand, ListsObjects) {
   EXPECT_LT(found.area(), 2.0 * disc.area());  // a grid pixel is 5 pixels wide
   EXPECT_GT(objects[0].at("peak_probability"), 0.85);
   EXPECT_GT(objects[0].at("sure"), 0.3);
-  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--object_high=0.9999"}).code,
-            0);
+  ASSERT_EQ(
+      RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--object_high=0.9999"}).code, 0);
   EXPECT_TRUE(objects_of(3).empty());
 }
 
