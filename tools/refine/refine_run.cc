@@ -22,7 +22,6 @@ namespace {
 constexpr size_t kChunkFrames = 32;
 // Frames read on each side of a chunk, for any frame rate; bounds memory.
 constexpr size_t kMostReachFrames = 24;
-constexpr char kState[] = "reconstruct.json";
 constexpr char kTracks[] = "tracks.csv";
 
 // Frames before the first learnt frame have the map of the prior. Methods without a model learn
@@ -65,7 +64,7 @@ std::string SignatureOf(const RunDescription& description, const std::vector<Fra
 }
 
 nlohmann::json ReadState(const RunFolder& folder) {
-  return nlohmann::json::parse(ReadFile(folder.File(kState)).value_or(""), nullptr, false);
+  return nlohmann::json::parse(ReadFile(folder.File(kRefineState)).value_or(""), nullptr, false);
 }
 
 }  // namespace
@@ -119,7 +118,7 @@ absl::Status RefineRun::Begin() {
 
 absl::Status RefineRun::StartTracks() {
   std::error_code error;
-  std::filesystem::remove(folder_.File(kState), error);
+  std::filesystem::remove(folder_.File(kRefineState), error);
   if (!options_.what.tracks) return absl::OkStatus();
   EGOSIEVE_RETURN_IF_ERROR(
       WriteFileAtomically(folder_.File(kTracks), absl::StrCat(kTracksHeader, "\n")));
@@ -134,7 +133,7 @@ absl::Status RefineRun::RestoreState() {
   track_rows_ = json.value("track_rows", int64_t{0});
   if (done_before_ < 0 || done_before_ > frames()) {
     return absl::DataLossError(
-        absl::StrCat(folder_.File(kState), " is damaged; leave --resume out to begin anew"));
+        absl::StrCat(folder_.File(kRefineState), " is damaged; leave --resume out to begin anew"));
   }
   if (options_.what.tracks) {
     EGOSIEVE_ASSIGN_OR_RETURN(LineLog log,
@@ -152,7 +151,7 @@ absl::Status RefineRun::SaveState(size_t done) {
                                        {"frames", lines_.size()},
                                        {"track_rows", track_rows_},
                                        {"tracker", tracker_.ToText()}};
-  return WriteFileAtomically(folder_.File(kState), json.dump(1) + "\n");
+  return WriteFileAtomically(folder_.File(kRefineState), json.dump(1) + "\n");
 }
 
 absl::StatusOr<vision::WindowFrame> RefineRun::ReadFrame(size_t i) {

@@ -47,6 +47,9 @@ bool IsRefined(const RunFolder& folder);
 absl::StatusOr<bool> IsResumable(const RunFolder& folder, const std::vector<FrameLine>& lines,
                                  const RefineOptions& options);
 
+// In the run folder: how far it is refined, and by which options.
+inline constexpr char kRefineState[] = "reconstruct.json";
+
 class RefineRun {
  public:
   // lines: the requested ones. Errors name the fault of the input and its remedy.

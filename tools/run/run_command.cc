@@ -13,6 +13,7 @@
 #include "tools/cli/output_folder.h"
 #include "tools/cli/switch_flag.h"
 #include "tools/refine/refine_command.h"
+#include "tools/refine/refine_run.h"
 #include "tools/render/render_run.h"
 #include "tools/report/report_run.h"
 #include "tools/run/closing_lines.h"
@@ -98,13 +99,13 @@ class RunCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(segment_.directory));
     bool has_news = finished.empty() || finished != FinishedUtc(segment_.directory);
     EGOSIEVE_RETURN_IF_ERROR(Refine(folder, has_news));
-    if (has_video_ && !IsNew(folder, {"overlay.mp4", "overlay.avi"}, kRefined)) {
+    if (has_video_ && !IsNew(folder, {"overlay.mp4", "overlay.avi"}, kRefineState)) {
       RenderOptions render;
       render.directory = segment_.directory;
       render.result.quiet = has_news = true;
       EGOSIEVE_RETURN_IF_ERROR(RunRender(render).status());
     }
-    if (has_news || !IsNew(folder, {"report.html"}, kRefined)) {
+    if (has_news || !IsNew(folder, {"report.html"}, kRefineState)) {
       ReportOptions report;
       report.directory = segment_.directory;
       report.result.quiet = has_news = true;
@@ -126,8 +127,6 @@ class RunCommand : public Command {
     refine.result.quiet = has_news = true;
     return RunRefine(refine).status();
   }
-
-  static constexpr char kRefined[] = "reconstruct.json";
 
   SegmentCall segment_;
   bool has_video_ = true;

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
-#include <utility>
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/parallel_for.h"
@@ -27,7 +26,8 @@ constexpr int kIterations = 15;
 constexpr float kLeastShare = 1e-3f;  // of a part in a colour that changes the part
 
 // The colours in bins of 1 << kBinShift steps per axis.
-constexpr int kBinShift = 2, kBins = 256 >> kBinShift;
+constexpr int kBinShift = 2;
+constexpr size_t kBins = 256 >> kBinShift;
 
 size_t BinOf(const cv::Vec3b& colour) {
   return ((colour[0] >> kBinShift) * kBins + (colour[1] >> kBinShift)) * kBins +
@@ -217,14 +217,12 @@ absl::Status ColourModelOptions::Validate() const {
                       support_pixels, limit));
 }
 
-std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& images,
+std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& colours,
                                       const std::vector<cv::Mat1f>& probability,
                                       const ColourModelOptions& options) {
-  const auto count = static_cast<int64_t>(images.size());
-  std::vector<cv::Mat3b> colours(count);
+  const auto count = static_cast<int64_t>(colours.size());
   std::vector<cv::Mat1f> moving(count), still(count), around(count);
   kernels::ParallelFor(count, [&](int64_t t) {
-    cv::cvtColor(images[t], colours[t], cv::COLOR_BGR2Lab);
     const cv::Mat1f &p = probability[t], q = 1.0f - p;
     moving[t] = p.mul(p).mul(p);
     still[t] = q.mul(q).mul(q);
@@ -239,7 +237,7 @@ std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& images,
   const auto known = static_cast<float>(least / (least + options.support_pixels));
   const auto limit = static_cast<float>(options.limit);
   std::vector<cv::Mat1f> evidence(count);
-  for (int64_t t = 0; t < count; ++t) evidence[t] = cv::Mat1f::zeros(images[t].size());
+  for (int64_t t = 0; t < count; ++t) evidence[t] = cv::Mat1f::zeros(colours[t].size());
   if (!(least > 0.0)) return evidence;
   std::vector<Mixture> mixtures;
   for (const auto* weights : {&moving, &around})

@@ -32,9 +32,9 @@ struct ColourModelOptions {
   absl::Status Validate() const;
 };
 
-// (C3) of each picture of a shot. images: B G R, of one size; probability: of moving, of the same
+// (C3) of each picture of a shot. colours: Lab, of one size; probability: of moving, of the same
 // size. `options` must be valid. Cost: linear in the pixels.
-std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& images,
+std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& colours,
                                       const std::vector<cv::Mat1f>& probability,
                                       const ColourModelOptions& options);
 

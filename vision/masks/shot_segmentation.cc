@@ -15,13 +15,13 @@ namespace {
 
 constexpr int kLongestSide = 432;
 constexpr double kMostOfMap = 6.0;
-constexpr float kDecided = 2.0f;
+constexpr float kMostDecided = 2.0f, kLeastDecided = 0.01f;
 constexpr int kRounds = 2;
 constexpr float kLeastLink = 0.05f;  // of links between pictures
 
 // A picture at the size of the graph.
 struct Nodes {
-  cv::Mat3b image, lab;
+  cv::Mat3b lab;
   cv::Mat1f log_odds;
   cv::Mat2f backward;  // nodes
   cv::Mat1f agreement;
@@ -31,8 +31,7 @@ Nodes NodesOf(const ShotFrame& frame) {
   const cv::Size size = frame.image.size();
   const int step = (std::max(size.width, size.height) + kLongestSide - 1) / kLongestSide;
   Nodes nodes;
-  nodes.image = ToWorkingSize(frame.image, step);
-  cv::cvtColor(nodes.image, nodes.lab, cv::COLOR_BGR2Lab);
+  cv::cvtColor(ToWorkingSize(frame.image, step), nodes.lab, cv::COLOR_BGR2Lab);
   nodes.log_odds = ToWorkingSize(frame.log_odds, step);
   nodes.log_odds = cv::max(cv::min(nodes.log_odds, kMostOfMap), -kMostOfMap);
   if (frame.backward.empty()) return nodes;
@@ -69,8 +68,18 @@ double ContrastScale(const std::vector<Nodes>& shot) {
   return std::max(2.0 * sum / std::max(count, 1.0), 1e-3);
 }
 
-// S that minimises (SS2); unary: u.
-std::vector<cv::Mat1b> Cut(const std::vector<Nodes>& shot, const std::vector<cv::Mat1f>& unary,
+// Mean of |x| over the pictures.
+float MeanSize(const std::vector<cv::Mat1f>& pictures) {
+  double sum = 0.0, count = 0.0;
+  for (const cv::Mat1f& picture : pictures) {
+    sum += cv::norm(picture, cv::NORM_L1);
+    count += static_cast<double>(picture.total());
+  }
+  return static_cast<float>(sum / std::max(count, 1.0));
+}
+
+// S that minimises (SS2), 0 or 1; unary: u.
+std::vector<cv::Mat1f> Cut(const std::vector<Nodes>& shot, const std::vector<cv::Mat1f>& unary,
                            double contrast_scale, const ShotSegmentationOptions& options) {
   const cv::Size size = shot[0].lab.size();
   const auto count = static_cast<unsigned>(shot.size() * size.area());
@@ -106,12 +115,12 @@ std::vector<cv::Mat1b> Cut(const std::vector<Nodes>& shot, const std::vector<cv:
     }
   }
   graph.maxFlow();
-  std::vector<cv::Mat1b> moving;
+  std::vector<cv::Mat1f> moving;
   for (size_t t = 0; t < shot.size(); ++t) {
-    cv::Mat1b& of_picture = moving.emplace_back(size);
+    cv::Mat1f& of_picture = moving.emplace_back(size);
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) {
-        of_picture(y, x) = graph.inSourceSegment(node(t, x, y)) ? 1 : 0;
+        of_picture(y, x) = graph.inSourceSegment(node(t, x, y)) ? 1.0f : 0.0f;
       }
     }
   }
@@ -133,29 +142,27 @@ std::vector<cv::Mat1f> SegmentShot(const std::vector<ShotFrame>& frames,
   const auto count = static_cast<int64_t>(frames.size());
   std::vector<Nodes> shot(count);
   kernels::ParallelFor(count, [&](int64_t t) { shot[t] = NodesOf(frames[t]); });
-  std::vector<cv::Mat3b> images;
-  std::vector<cv::Mat1f> probability;
+  std::vector<cv::Mat3b> colours;
+  std::vector<cv::Mat1f> probability, decided;  // decided: u, then l
   for (const Nodes& nodes : shot) {
-    images.push_back(nodes.image);
+    colours.push_back(nodes.lab);
     probability.push_back(Probability(nodes.log_odds));
   }
   const double contrast_scale = ContrastScale(shot);
-  std::vector<cv::Mat1f> unary, decided(count);
-  std::vector<cv::Mat1b> moving;
   for (int round = 0; round < kRounds; ++round) {
-    unary = ColourEvidence(images, probability, options.colour);
-    for (int64_t t = 0; t < count; ++t) unary[t] += shot[t].log_odds;
-    moving = Cut(shot, unary, contrast_scale, options);
+    decided = ColourEvidence(colours, probability, options.colour);
+    for (int64_t t = 0; t < count; ++t) decided[t] += shot[t].log_odds;
+    const float step = std::min(kMostDecided, MeanSize(decided));
+    if (step < kLeastDecided) break;
+    const std::vector<cv::Mat1f> moving = Cut(shot, decided, contrast_scale, options);
     for (int64_t t = 0; t < count; ++t) {
-      cv::Mat1f side;
-      moving[t].convertTo(side, CV_32F);
-      probability[t] = 0.5f * (probability[t] + side);
-      decided[t] = kDecided * (2.0f * side - 1.0f);
+      decided[t] += step * (2.0f * moving[t] - 1.0f);
+      probability[t] = 0.5f * (probability[t] + moving[t]);
     }
   }
   std::vector<cv::Mat1f> joined(count);
   kernels::ParallelFor(count, [&](int64_t t) {
-    cv::resize(unary[t] + decided[t], joined[t], frames[t].image.size(), 0, 0, cv::INTER_LINEAR);
+    cv::resize(decided[t], joined[t], frames[t].image.size(), 0, 0, cv::INTER_LINEAR);
   });
   return joined;
 }

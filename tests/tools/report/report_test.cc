@@ -100,7 +100,10 @@ TEST(MoverTimeline, HasABarForEveryStay) {
     if (i == 0) lines[i].doubt = "no frame before this one";
   }
   const std::string svg = MoverTimeline(
-      "frame,time_seconds,id,left\n1,0.1,7,3\n2,0.2,7,3\n4,0.4,7,3\n4,0.4,12,3\n", lines);
+      "frame,time_seconds,id,left,top,width,height,area,probability,sure\n"
+      "1,0.1,7,3,0,9,9,30,0.9,0.5\n2,0.2,7,3,0,9,9,30,0.9,0.5\n"
+      "4,0.4,7,3,0,9,9,30,0.9,0.5\n4,0.4,12,3,0,9,9,30,0.9,0.5\n",
+      lines);
   EXPECT_THAT(svg, HasSubstr("7: frames 1 to 2"));
   EXPECT_THAT(svg, HasSubstr("7: frames 4 to 4"));
   EXPECT_THAT(svg, HasSubstr("12: frames 4 to 4"));

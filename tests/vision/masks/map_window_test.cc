@@ -60,12 +60,19 @@ TEST(LinkMaps, TakesNothingOverWhereFlowDoesNotHold) {
   EXPECT_EQ(LinkMaps(frames, {})[1](20, 30), 1.0f);
 }
 
+// (C3) of one picture, B G R.
+cv::Mat1f EvidenceIn(const cv::Mat3b& image, const cv::Mat1f& probability) {
+  cv::Mat3b lab;
+  cv::cvtColor(image, lab, cv::COLOR_BGR2Lab);
+  return ColourEvidence({lab}, {probability}, {})[0];
+}
+
 TEST(ColourEvidence, KnowsColoursOfBothKindsAndNoOthers) {
   cv::Mat3b image(100, 100, cv::Vec3b(40, 40, 40));
   image(cv::Rect(0, 0, 50, 100)) = cv::Vec3b(40, 40, 220);
   cv::Mat1f p(image.size(), 0.05f);
   p(cv::Rect(0, 0, 40, 100)) = 0.95f;
-  const cv::Mat1f evidence = ColourEvidence({image}, {p}, {})[0];
+  const cv::Mat1f evidence = EvidenceIn(image, p);
   EXPECT_GT(evidence(50, 45), 0.5f);  // a likely colour where the map missed it
   EXPECT_LT(evidence(50, 80), -1.5f);
   double low = 0.0, high = 0.0;
@@ -75,7 +82,7 @@ TEST(ColourEvidence, KnowsColoursOfBothKindsAndNoOthers) {
   // Nothing moves, and nothing stands.
   for (const float of_all : {0.0f, 0.002f, 1.0f}) {
     const cv::Mat1f same(image.size(), of_all);
-    EXPECT_LT(cv::norm(ColourEvidence({image}, {same}, {})[0], cv::NORM_INF), 0.01) << of_all;
+    EXPECT_LT(cv::norm(EvidenceIn(image, same), cv::NORM_INF), 0.01) << of_all;
   }
 }
 
@@ -86,7 +93,7 @@ TEST(ColourEvidence, TellsMoversFromWhatIsAroundThem) {
   image(cv::Rect(90, 150, 34, 34)) = cv::Vec3b(120, 120, 120);
   cv::Mat1f p(image.size(), 0.02f);
   p(cv::Rect(90, 150, 20, 34)) = 0.98f;  // the map misses the rest
-  EXPECT_GT(ColourEvidence({image}, {p}, {})[0](165, 118), 1.0f);
+  EXPECT_GT(EvidenceIn(image, p)(165, 118), 1.0f);
 }
 
 TEST(RefineProbability, MovesTheStepToTheEdge) {
@@ -191,6 +198,15 @@ TEST(SegmentShot, FillsAMoverWhoseMiddleTheMapMisses) {
   apart.within = 0.0;
   apart.colour.limit = 1e-6;
   EXPECT_LT(SegmentShot({BoxWithRim(Texture(1), box, -1.0f)}, apart)[0](65, 80), 0.0f);
+}
+
+TEST(SegmentShot, DecidesNothingWhereNothingIsKnown) {
+  for (const float of_all : {-1e-3f, 0.0f, 1e-3f}) {
+    std::vector<ShotFrame> shot(1);
+    shot[0].image = Texture(1);
+    shot[0].log_odds = cv::Mat1f(shot[0].image.size(), of_all);
+    EXPECT_LT(cv::norm(SegmentShot(shot, {})[0], cv::NORM_INF), 0.1) << of_all;
+  }
 }
 
 TEST(SegmentShot, FollowsFlowFromPictureToPicture) {
