@@ -61,13 +61,15 @@ ExitCode Judge(const DriveWriter::Counts& counts, const std::string& warning) {
 absl::StatusOr<ExitCode> EndRun(const SegmentCall& call,
                                 const absl::StatusOr<vision::PipelineSummary>& summary,
                                 const DriveInput& input, double seconds, DriveWriter& writer) {
-  if (!summary.ok()) {
+  // PoCL's compiler drops its files upon a signal and fails: that, too, is an interruption.
+  const bool is_interrupted = InterruptionRequested() && absl::IsInternal(summary.status());
+  if (!summary.ok() && !is_interrupted) {
     // This error is returned; if run.json cannot be written, it keeps saying "running".
     writer.Finish("failed", std::string(summary.status().message()), seconds).IgnoreError();
     return summary.status();
   }
   // A stream ends when its reader stops.
-  const bool is_cut_short = summary->stopped && !input.is_live;
+  const bool is_cut_short = is_interrupted || (summary->stopped && !input.is_live);
   EGOSIEVE_RETURN_IF_ERROR(writer.Finish(is_cut_short ? "interrupted" : "done", "", seconds));
   const DriveWriter::Counts& counts = writer.counts();
   std::string text =
