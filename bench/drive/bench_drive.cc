@@ -35,7 +35,6 @@
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/context.h"
-#include "kernels/runtime/pocl_threads.h"
 #include "vision/labelling/drive_camera.h"
 
 namespace egosieve::bench {
@@ -354,7 +353,6 @@ absl::StatusOr<bool> Soak(const Flags& flags, const std::shared_ptr<kernels::Con
 
 absl::StatusOr<bool> Run(const Flags& flags) {
   if (flags.threads > 0) kernels::SetMaximumThreads(flags.threads);
-  kernels::LimitPoclThreads(kernels::MaximumThreads());
   cv::setNumThreads(kernels::MaximumThreads());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<kernels::Context> context,
                             kernels::OpenContext());

@@ -1,10 +1,14 @@
 #include "kernels/runtime/context.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
+#include <iterator>
 
+#include "absl/algorithm/container.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/cl/sources.h"
 #include "kernels/runtime/fork_guard.h"
@@ -55,10 +59,28 @@ void Build(cl::Program& program, const cl::Device& device, const std::string& op
   }
 }
 
+// A queue on the first `compute_units` of the context's device; on all of them where the driver
+// cannot divide it.
+cl::CommandQueue MakeQueue(const Context& context, int compute_units) {
+  const cl::Device& device = context.cl_device();
+  if (compute_units >= context.info().compute_units) return {context.cl_context(), device};
+  const std::array<cl_device_partition_property, 4> by_count = {
+      CL_DEVICE_PARTITION_BY_COUNTS, compute_units, CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
+  try {
+    std::vector<cl::Device> parts;
+    cl::Device(device).createSubDevices(by_count.data(), &parts);
+    return {context.cl_context(), parts.at(0)};
+  } catch (const cl::Error& error) {
+    constexpr cl_int kCannot[] = {CL_INVALID_VALUE, CL_INVALID_DEVICE, CL_DEVICE_PARTITION_FAILED};
+    if (absl::c_find(kCannot, error.err()) == std::end(kCannot)) throw;
+    return {context.cl_context(), device};
+  }
+}
+
 }  // namespace
 
-Workspace::Workspace(Context& context)
-    : context_(context), queue_(context.cl_context(), context.cl_device()) {}
+Workspace::Workspace(Context& context, int compute_units)
+    : context_(context), compute_units_(compute_units), queue_(MakeQueue(context, compute_units)) {}
 
 absl::StatusOr<cl::Kernel> Workspace::Kernel(std::string_view file, const std::string& options,
                                              const char* name, const std::string& covariance_code) {
@@ -141,9 +163,12 @@ absl::StatusOr<cl::Kernel> Context::Kernel(std::string_view file, const std::str
 
 absl::StatusOr<std::unique_ptr<Workspace>> Context::Borrow(std::string_view doing) {
   EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
+  const int units = info_.type == DeviceType::kCpu ? std::min(info_.compute_units, MaximumThreads())
+                                                   : info_.compute_units;
   std::unique_ptr<Workspace> workspace;
   {
     const std::lock_guard lock(mutex_);
+    std::erase_if(idle_, [&](const auto& idle) { return idle->compute_units() != units; });
     if (!idle_.empty()) {
       workspace = std::move(idle_.back());
       idle_.pop_back();
@@ -151,7 +176,7 @@ absl::StatusOr<std::unique_ptr<Workspace>> Context::Borrow(std::string_view doin
     }
   }
   EGOSIEVE_RETURN_IF_ERROR(
-      CatchOpenClErrors(doing, [&] { workspace = std::make_unique<Workspace>(*this); }));
+      CatchOpenClErrors(doing, [&] { workspace = std::make_unique<Workspace>(*this, units); }));
   return workspace;
 }
 

@@ -2,7 +2,9 @@
 //
 // Several threads may use one Context at once. Programs are built under a lock, once each. Every
 // operation borrows its own workspace and returns it for the next operation. A workspace has an
-// in-order queue, kernel objects (whose arguments cannot be shared safely) and scratch memory.
+// in-order queue, kernel objects (whose arguments cannot be shared safely) and scratch memory. On a
+// CPU its queue uses as many compute units as MaximumThreads() allows at that moment, where the
+// driver has sub-devices (PoCL has).
 #ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_
 #define EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_
 
@@ -27,10 +29,11 @@ class Context;
 // Resources for one operation at a time.
 class Workspace {
  public:
-  // Throws cl::Error.
-  explicit Workspace(Context& context);
+  // On so many of the device's compute units. Throws cl::Error.
+  Workspace(Context& context, int compute_units);
 
   const cl::CommandQueue& queue() const { return queue_; }
+  int compute_units() const { return compute_units_; }
   // As Context::Kernel, but always the same object, which keeps its last arguments.
   absl::StatusOr<cl::Kernel> Kernel(std::string_view file, const std::string& options,
                                     const char* name, const std::string& covariance_code = "");
@@ -45,6 +48,7 @@ class Workspace {
   };
 
   Context& context_;
+  int compute_units_;
   cl::CommandQueue queue_;
   std::map<std::string, cl::Kernel> kernels_;
   std::array<Grown, 3> scratch_;

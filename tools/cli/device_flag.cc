@@ -8,7 +8,6 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/runtime/pocl_threads.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/standard_streams.h"
 
@@ -28,7 +27,6 @@ void DeviceFlag::AddFlag(CLI::App& app) {
 }
 
 absl::StatusOr<OpenedDevice> DeviceFlag::Open() const {
-  kernels::LimitPoclThreads(kernels::MaximumThreads());
   std::string choice = device_;
   if (const char* environment = std::getenv("EGOSIEVE_DEVICE");
       choice.empty() && environment != nullptr) {

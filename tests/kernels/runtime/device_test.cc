@@ -1,8 +1,19 @@
 #include "kernels/runtime/device.h"
 
+#include <unistd.h>
+
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "gtest/gtest.h"
+#include "kernels/base/parallel_for.h"
+#include "kernels/ops/covariance_matrix.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/opencl_context.h"
 #include "kernels/runtime/opencl_error.h"
@@ -128,6 +139,60 @@ TEST(Context, BuildErrorsCarryTheCompilersLogAndTheContextStaysUsable) {
   const std::string good = "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=3";
   EXPECT_TRUE((*context)->Kernel("image.cl", good, "box_means_on_grid").ok());
   EXPECT_FALSE((*context)->Kernel("image.cl", good, "no_such_kernel").ok());
+}
+
+// Processor time of every thread of this process, in clock ticks, by its number.
+std::map<std::string, int64_t> TicksOfThreads() {
+  std::map<std::string, int64_t> ticks;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::ifstream file(task.path() / "stat");
+    std::string text((std::istreambuf_iterator<char>(file)), {});
+    // Fields 14 and 15, user and system time; the name, field 2, ends with the last bracket.
+    std::istringstream fields(text.substr(text.rfind(')') + 1));
+    std::string field;
+    for (int i = 3; i < 14; ++i) fields >> field;
+    int64_t user = 0, system = 0;
+    fields >> user >> system;
+    ticks[task.path().filename()] = user + system;
+  }
+  return ticks;
+}
+
+// Threads beside this one that worked on a covariance matrix of so many points.
+int64_t ThreadsAtWork(Context& context, int64_t points) {
+  const std::vector<double> x(points, 0.5);
+  std::vector<double> out(points * points);
+  const CovarianceParameters parameters{CovarianceFunction::kSquaredExponential, {0.3}};
+  const auto compute = [&] {
+    return CrossCovariance<double>(context, parameters, {x.data(), points, 1},
+                                   {x.data(), points, 1}, {out.data(), points, points});
+  };
+  EXPECT_TRUE(compute().ok());  // compiles
+  const auto before = TicksOfThreads();
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(compute().ok());
+  int64_t threads = 0;
+  for (const auto& [thread, ticks] : TicksOfThreads()) {
+    const auto found = before.find(thread);
+    const int64_t worked = ticks - (found == before.end() ? 0 : found->second);
+    threads += thread != std::to_string(getpid()) && worked >= 5;
+  }
+  return threads;
+}
+
+TEST(Context, TheLimitOfThreadsHoldsForEachCallOnACpu) {
+  const auto context = OpenContext();
+  ASSERT_TRUE(context.ok()) << context.status();
+  const DeviceInfo& device = (*context)->info();
+  if (device.type != DeviceType::kCpu || device.compute_units < 2) {
+    GTEST_SKIP() << device.name << " is not a CPU with several compute units";
+  }
+  SetMaximumThreads(2);
+  EXPECT_EQ(ThreadsAtWork(**context, 4000), 2);
+  SetMaximumThreads(1);
+  EXPECT_EQ(ThreadsAtWork(**context, 4000), 1);
+  SetMaximumThreads(2);
+  EXPECT_EQ(ThreadsAtWork(**context, 4000), 2);
+  SetMaximumThreads(0);
 }
 
 }  // namespace

@@ -146,9 +146,9 @@ EGOSIEVE_API egosieve_status egosieve_device_name(int32_t index, char* text, int
 /**
  * Limits the threads that the libraries start in this process, counting the caller's own. A value
  * below 1 restores the initial limit: $EGOSIEVE_THREADS, or else the number of processors that
- * affinity and control groups allow. Results do not depend on the limit. Drivers and OpenCV have
- * threads of their own: PoCL takes its number from $POCL_MAX_PTHREAD_COUNT (since version 4
- * $POCL_CPU_MAX_CU_COUNT) when it is first used.
+ * affinity and control groups allow. It holds for the calls that begin afterwards, on the host and
+ * on a CPU as device if its driver has sub-devices, as PoCL has. Results do not depend on it. OpenCV
+ * has threads of its own.
  */
 EGOSIEVE_API void egosieve_set_threads(int32_t threads);
 
