@@ -13,6 +13,7 @@
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
+#include "kernels/ops/exact_regression.h"
 #include "kernels/ops/input_gradient.h"
 
 namespace egosieve::gp {
@@ -102,6 +103,59 @@ Float64Posterior::Float64Posterior(std::shared_ptr<kernels::Context> context,
 
 absl::StatusOr<int64_t> Float64Posterior::Evaluate(ConstMatrixView<double> queries, double* means,
                                                    double* variances) const {
+  return factor_.values.rows > 0 && kernels::RegressesOnDevice(*context_)
+             ? EvaluateOnDevice(queries, means, variances)
+             : EvaluateOnHost(queries, means, variances);
+}
+
+absl::StatusOr<std::shared_ptr<const kernels::Float64Sums>> Float64Posterior::OnDevice(
+    bool with_variance) const {
+  const std::lock_guard lock(mutex_);
+  if (all_on_device_ != nullptr) return all_on_device_;
+  std::shared_ptr<const kernels::Float64Sums>& kept =
+      with_variance ? all_on_device_ : means_on_device_;
+  if (kept != nullptr) return kept;
+  const int64_t n = weights_.points, k = weights_.outputs, q = weights_.basis;
+  std::vector<double> weights(n * (k + q));  // alpha, W
+  for (int64_t i = 0; i < n; ++i) {
+    std::copy_n(&weights_.alpha[i * k], k, &weights[i * (k + q)]);
+    if (q > 0) std::copy_n(&weights_.basis_weights[i * q], q, &weights[i * (k + q) + k]);
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      kept, kernels::Float64Sums::Create(
+                context_, hyperparameters_.covariance, inputs(), {weights.data(), n, k + q},
+                with_variance ? factor_.kind : kernels::FactorKind::kNone, factor_.values));
+  if (with_variance) means_on_device_.reset();
+  return kept;
+}
+
+absl::StatusOr<int64_t> Float64Posterior::EvaluateOnDevice(ConstMatrixView<double> queries,
+                                                           double* means, double* variances) const {
+  const int64_t k = weights_.outputs, q = weights_.basis;
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto on_device, OnDevice(variances != nullptr));
+  std::vector<double> sums(queries.rows * (k + q));
+  EGOSIEVE_RETURN_IF_ERROR(
+      on_device->Evaluate(queries, {sums.data(), queries.rows, k + q}, variances));
+  int64_t clamped = 0;
+  std::vector<double> reduced(q);
+  for (int64_t i = 0; i < queries.rows; ++i) {
+    const double* x = queries.row(i);
+    double* sum = &sums[i * (k + q)];
+    if (variances != nullptr) {
+      double left = PriorVariance(hyperparameters_.covariance, x) - variances[i];
+      if (q > 0) left += weights_.ReducedBasis(queries.cols, x, sum + k, reduced.data());
+      clamped += left < 0.0;
+      variances[i] = std::max(0.0, left);
+    }
+    if (means == nullptr) continue;
+    weights_.AddMeanFunction(queries.cols, x, sum);
+    std::copy_n(sum, k, means + i * k);
+  }
+  return clamped;
+}
+
+absl::StatusOr<int64_t> Float64Posterior::EvaluateOnHost(ConstMatrixView<double> queries,
+                                                         double* means, double* variances) const {
   const kernels::CovarianceParameters& covariance = hyperparameters_.covariance;
   const int64_t n = factor_.values.rows, k = weights_.outputs, q = weights_.basis;
   const bool solves = factor_.kind == kernels::FactorKind::kCholesky;

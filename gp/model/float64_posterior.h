@@ -1,5 +1,6 @@
-// The posterior of a Gaussian process at one moment, computed in float64 on the host; covariances
-// on the device, if it has float64.
+// The posterior of a Gaussian process at one moment, computed in float64: means and variances on
+// devices with float64 and their own memory (kernels/ops/float64_sums.h), else on the host, with
+// covariances of the device if it has float64. The rest is computed on the host.
 //
 //   mean(x)                         (W3) of gp/model/regression_weights.h
 //   cov(x, x') = k(x, x') - (F k*).(F k*') + (M^-1 r).(M^-1 r'),   variance(x) = cov(x, x)      (FP1)
@@ -19,6 +20,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -28,6 +30,7 @@
 #include "gp/model/regression_weights.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/base/posterior_model.h"
+#include "kernels/ops/float64_sums.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
@@ -87,6 +90,13 @@ class Float64Posterior {
   int64_t outputs() const { return weights_.outputs; }
 
  private:
+  // Evaluate() on the device and on the host.
+  absl::StatusOr<int64_t> EvaluateOnDevice(kernels::ConstMatrixView<double> queries, double* means,
+                                           double* variances) const;
+  absl::StatusOr<int64_t> EvaluateOnHost(kernels::ConstMatrixView<double> queries, double* means,
+                                         double* variances) const;
+  // What is in the device's memory, from the first prediction there.
+  absl::StatusOr<std::shared_ptr<const kernels::Float64Sums>> OnDevice(bool with_variance) const;
   // (FP3), points.rows x D.
   absl::Status VarianceGradients(kernels::ConstMatrixView<double> points,
                                  kernels::MatrixView<double> out) const;
@@ -96,6 +106,9 @@ class Float64Posterior {
   std::vector<double> inputs_;
   RegressionWeights weights_;
   SharedFactor factor_;
+  mutable std::mutex mutex_;
+  // Guarded by mutex_: without and with the factor.
+  mutable std::shared_ptr<const kernels::Float64Sums> means_on_device_, all_on_device_;
 };
 
 }  // namespace egosieve::gp

@@ -134,3 +134,12 @@ __kernel void likelihood_weights(__global REAL* w, const long row_step, const lo
   for (int c = 0; c < outputs; ++c) sum = fma(u[i * outputs + c], u[j * outputs + c], sum);
   w[i * row_step + j] = fma((REAL)-outputs, w[i * row_step + j], sum);
 }
+
+// norms[j] = sum_i A(i, j)^2.
+__kernel void column_norms(__global const REAL* a, const long rows, const long columns, __global REAL* norms) {
+  const long j = get_global_id(0);
+  if (j >= columns) return;
+  REAL sum = (REAL)0;
+  for (long i = 0; i < rows; ++i) sum = fma(a[i * columns + j], a[i * columns + j], sum);
+  norms[j] = sum;
+}

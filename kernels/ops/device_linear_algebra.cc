@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
@@ -39,7 +40,8 @@ absl::StatusOr<DeviceLinearAlgebra> DeviceLinearAlgebra::Create(const Context& c
   const std::pair<cl::Kernel*, const char*> kernels[] = {
       {&algebra.multiply_, "multiply_tiles"}, {&algebra.factor_, "factor_diagonal"},
       {&algebra.noise_, "add_noise"},         {&algebra.identity_, "set_identity"},
-      {&algebra.diagonal_, "get_diagonal"},   {&algebra.weights_, "likelihood_weights"}};
+      {&algebra.diagonal_, "get_diagonal"},   {&algebra.weights_, "likelihood_weights"},
+      {&algebra.norms_, "column_norms"}};
   for (const auto& [kernel, name] : kernels) {
     EGOSIEVE_ASSIGN_OR_RETURN(*kernel, workspace.Kernel("linear_algebra.cl", options, name));
   }
@@ -140,6 +142,74 @@ DeviceMatrix DeviceLinearAlgebra::InvertLower(const DeviceFactor& factor) {
 void DeviceLinearAlgebra::MultiplyInverse(const DeviceMatrix& r, DeviceMatrix& out) {
   Multiply({r.rows, r.rows, r.rows}, 1.0, false, kLowerTiles | kFromTheRow, {r, 0, 0, true},
            {r, 0, 0}, {out, 0, 0});
+}
+
+DeviceMatrix DeviceLinearAlgebra::MultiplyTransposed(const DeviceMatrix& a, const DeviceMatrix& b) {
+  DeviceMatrix out = NewDeviceMatrix(*context_, a.columns, b.columns);
+  Multiply({a.columns, b.columns, a.rows}, 1.0, false, kAll, {a, 0, 0, true}, {b, 0, 0},
+           {out, 0, 0});
+  return out;
+}
+
+DeviceMatrix DeviceLinearAlgebra::MultiplyLower(const DeviceMatrix& r, const DeviceMatrix& b) {
+  DeviceMatrix out = NewDeviceMatrix(*context_, r.rows, b.columns);
+  constexpr int64_t kBand = 512;
+  for (int64_t begin = 0; begin < r.rows; begin += kBand) {
+    const int64_t rows = std::min(kBand, r.rows - begin);
+    Multiply({rows, b.columns, begin + rows}, 1.0, false, kAll, {r, begin, 0}, {b, 0, 0},
+             {out, begin, 0});
+  }
+  return out;
+}
+
+DeviceMatrix DeviceLinearAlgebra::ColumnNorms(const DeviceMatrix& b) {
+  DeviceMatrix out = NewDeviceMatrix(*context_, 1, b.columns);
+  SetArguments(norms_, b.buffer, cl_long{b.rows}, cl_long{b.columns}, out.buffer);
+  queue_.enqueueNDRangeKernel(norms_, cl::NullRange, Rounded(b.columns), cl::NDRange(kGroup));
+  return out;
+}
+
+// width(i): values of row i that are copied; those behind them become 0.
+template <typename Width>
+DeviceMatrix DeviceLinearAlgebra::Upload(ConstMatrixView<double> a, Width width) {
+  DeviceMatrix copy = NewDeviceMatrix(*context_, a.rows, a.cols);
+  constexpr int64_t kBand = 256;
+  std::vector<double> band;
+  for (int64_t first = 0; first < a.rows; first += kBand) {
+    const int64_t rows = std::min(kBand, a.rows - first);
+    band.assign(rows * a.cols, 0.0);
+    for (int64_t i = 0; i < rows; ++i) {
+      std::copy_n(a.row(first + i), width(first + i), &band[i * a.cols]);
+    }
+    queue_.enqueueWriteBuffer(copy.buffer, CL_TRUE, first * a.cols * sizeof(double),
+                              band.size() * sizeof(double), band.data());
+  }
+  return copy;
+}
+
+DeviceMatrix DeviceLinearAlgebra::Upload(ConstMatrixView<double> a) {
+  return Upload(a, [&](int64_t) { return a.cols; });
+}
+
+DeviceMatrix DeviceLinearAlgebra::UploadLower(ConstMatrixView<double> a) {
+  return Upload(a, [](int64_t i) { return i + 1; });
+}
+
+DeviceFactor DeviceLinearAlgebra::UploadFactor(ConstMatrixView<double> lower) {
+  const int64_t n = lower.rows, tile = shape_.tile, blocks = (n + tile - 1) / tile;
+  std::vector<double> inverses(blocks * tile * tile, 0.0);
+  for (int64_t row = 0; row < n; ++row) {  // row r of L_kk X = I, by forward substitution
+    const int64_t begin = row / tile * tile, r = row - begin;
+    double* block = &inverses[begin * tile];
+    for (int64_t column = 0; column <= r; ++column) {
+      double sum = column == r ? 1.0 : 0.0;
+      for (int64_t k = column; k < r; ++k) {
+        sum -= lower(row, begin + k) * block[k * tile + column];
+      }
+      block[r * tile + column] = sum / lower(row, row);
+    }
+  }
+  return {UploadLower(lower), Upload({inverses.data(), blocks * tile, tile})};
 }
 
 void DeviceLinearAlgebra::GetDiagonal(const DeviceMatrix& a, DeviceMatrix& out) {

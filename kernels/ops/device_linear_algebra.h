@@ -8,6 +8,7 @@
 //   SolveLowerTransposed  L^-T B                            c n^2        4 n^2 ceil(c / T)
 //   InvertLower           R = L^-1                          n^3 / 3      16 n^3 / (3 T)
 //   MultiplyInverse       R^T R = (L L^T)^-1, lower         n^3 / 3      16 n^3 / (3 T)
+//   MultiplyLower         R B for lower R, c columns        c n^2        4 n^2 ceil(c / T)
 //
 // Right-looking: one work-group factorises and inverts block k, the rows below are multiplied by
 // L_kk^-T, and their products are subtracted from the columns to the right (Golub & Van Loan, 4th
@@ -26,6 +27,7 @@
 #include <cstdint>
 
 #include "absl/status/statusor.h"
+#include "kernels/base/matrix_view.h"
 #include "kernels/runtime/opencl_context.h"
 
 namespace egosieve::kernels::opencl {
@@ -72,6 +74,14 @@ class DeviceLinearAlgebra {
   DeviceMatrix InvertLower(const DeviceFactor& factor);
   // The lower triangle of `out` := that of R^T R.
   void MultiplyInverse(const DeviceMatrix& r, DeviceMatrix& out);
+  // A^T B, R B for a lower triangle R with zeros above, and the squared norms of B's columns.
+  DeviceMatrix MultiplyTransposed(const DeviceMatrix& a, const DeviceMatrix& b);
+  DeviceMatrix MultiplyLower(const DeviceMatrix& r, const DeviceMatrix& b);
+  DeviceMatrix ColumnNorms(const DeviceMatrix& b);
+  // Copies of the host's: the matrix; a factor, n x n, of which the lower triangle is read.
+  DeviceMatrix Upload(ConstMatrixView<double> a);
+  DeviceMatrix UploadLower(ConstMatrixView<double> a);
+  DeviceFactor UploadFactor(ConstMatrixView<double> lower);
   // out(i) = A(i, i).
   void GetDiagonal(const DeviceMatrix& a, DeviceMatrix& out);
   // In the lower triangle, W := sum_c u_c u_c^T - k W; u: n x k.
@@ -99,10 +109,13 @@ class DeviceLinearAlgebra {
   template <typename ColumnsOf>
   void SolveLower(const DeviceFactor& factor, DeviceMatrix& b, ColumnsOf columns_of);
 
+  template <typename Width>
+  DeviceMatrix Upload(ConstMatrixView<double> a, Width width);
+
   const Context* context_ = nullptr;
   cl::CommandQueue queue_;
   LinearAlgebraShape shape_;
-  cl::Kernel multiply_, factor_, noise_, identity_, diagonal_, weights_;
+  cl::Kernel multiply_, factor_, noise_, identity_, diagonal_, weights_, norms_;
 };
 
 }  // namespace egosieve::kernels::opencl

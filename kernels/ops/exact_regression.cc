@@ -55,16 +55,6 @@ absl::Status CheckTargets(ConstMatrixView<double> x, ConstMatrixView<double> y) 
                      : absl::InvalidArgumentError("regression needs at least one output");
 }
 
-// Copies the values, packed, to the device's memory.
-DeviceMatrix Upload(const Context& context, const cl::CommandQueue& queue,
-                    const std::vector<double>& values, int64_t columns) {
-  const int64_t rows = static_cast<int64_t>(values.size()) / columns;
-  DeviceMatrix matrix = opencl::NewDeviceMatrix(context, rows, columns);
-  queue.enqueueWriteBuffer(matrix.buffer, CL_TRUE, 0, values.size() * sizeof(double),
-                           values.data());
-  return matrix;
-}
-
 std::vector<double> Download(const cl::CommandQueue& queue, const cl::Buffer& buffer,
                              int64_t count) {
   std::vector<double> values(count);
@@ -114,7 +104,7 @@ Factored Factorize(const Context& context, const cl::CommandQueue& queue, Tools&
   const int64_t n = points.row_count();
   DeviceMatrix matrix = opencl::NewDeviceMatrix(context, n, n);
   tools.covariance.EnqueueBlock(queue, points, /*lower_only=*/true, matrix.buffer, n);
-  const DeviceMatrix of_points = Upload(context, queue, variances, 1);
+  const DeviceMatrix of_points = tools.algebra.Upload({variances.data(), n, 1});
   DeviceMatrix floors = opencl::NewDeviceMatrix(context, n, 1);
   tools.algebra.AddNoise(matrix, noise_variance, of_points,
                          static_cast<double>(n) * std::numeric_limits<double>::epsilon(), floors);
@@ -152,8 +142,6 @@ ExactRegression Regress(const Context& context, const cl::CommandQueue& queue, T
                         double noise_variance, const std::vector<double>& variances,
                         bool with_gradient) {
   const int64_t n = points.row_count(), k = y.cols;
-  std::vector<double> targets;
-  for (int64_t i = 0; i < n; ++i) targets.insert(targets.end(), y.row(i), y.row(i) + k);
   const auto [factor, bad_row] =
       Factorize(context, queue, tools, points, noise_variance, variances);
   ExactRegression result;
@@ -164,14 +152,16 @@ ExactRegression Regress(const Context& context, const cl::CommandQueue& queue, T
   CovarianceKernels& covariance = tools.covariance;
   DeviceMatrix values = opencl::NewDeviceMatrix(context, n, 1);  // a diagonal
   algebra.GetDiagonal(factor.lower, values);
-  DeviceMatrix alpha = Upload(context, queue, targets, k);
+  DeviceMatrix alpha = algebra.Upload(y);
   algebra.SolveLower(factor, alpha);
   algebra.SolveLowerTransposed(factor, alpha);
   result.alpha = Download(queue, alpha.buffer, n * k);
   for (const double pivot : Download(queue, values.buffer, n)) {
     result.half_log_determinant += std::log(pivot);  // (2)
   }
-  for (int64_t i = 0; i < n * k; ++i) result.fit += targets[i] * result.alpha[i];
+  for (int64_t i = 0; i < n; ++i) {
+    for (int64_t c = 0; c < k; ++c) result.fit += y(i, c) * result.alpha[i * k + c];
+  }
   if (!with_gradient) return result;
 
   const DeviceMatrix inverse = algebra.InvertLower(factor);

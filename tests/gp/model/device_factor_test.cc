@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "gmock/gmock.h"
 #include "gp/model/exact_model.h"
+#include "gp/model/sparse_model.h"
 #include "gtest/gtest.h"
 #include "kernels/ops/exact_regression.h"
 #include "tests/gp/learning_problems.h"
@@ -125,6 +127,69 @@ TEST(DeviceFactor, ADeviceThatFailsLeavesTheModel) {
   }
   EXPECT_TRUE(changes[0]().ok());
   EXPECT_EQ(model.size(), 40);
+}
+
+// Means and variances at points of which some lie far from the model's, of one posterior here and
+// one in the device's memory.
+template <typename Model>
+void ExpectSamePredictions(const Model& here, const Model& there) {
+  auto generator = TestGenerator();
+  const RowMatrix queries = 2.0 * RandomPoints(300, 3, generator);
+  for (const PredictWhat what : {PredictWhat::kMean, PredictWhat::kMeanAndVariance}) {
+    const auto expected = here.Predict(ViewOf(queries), what);
+    const auto actual = there.Predict(ViewOf(queries), what);
+    ASSERT_TRUE(expected.ok()) << expected.status();
+    ASSERT_TRUE(actual.ok()) << actual.status();
+    EXPECT_THAT(actual->mean, testing::Pointwise(testing::DoubleNear(1e-9), expected->mean));
+    EXPECT_THAT(actual->variance,
+                testing::Pointwise(testing::DoubleNear(1e-9), expected->variance));
+  }
+}
+
+TEST(DeviceFactor, PredictsThereInFloat64) {
+  if (IsOnReference()) GTEST_SKIP() << "the reference has no device";
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(kPoints, 3, generator);
+  RowMatrix targets = RandomPoints(kPoints, 2, generator);
+  Hyperparameters theta = UnevenHyperparameters(CovarianceFunction::kSquaredExponential, 3);
+  for (const MeanFunction mean : {MeanFunction::kZero, MeanFunction::kLinear}) {
+    theta.mean = mean;
+    ExactModel here = MakeModel(TestContext(), theta), there = MakeModel(OwnMemory(), theta);
+    for (ExactModel* model : {&here, &there}) {
+      ASSERT_TRUE(model->AddObservations({ViewOf(points.inputs), ViewOf(targets)}, 0).ok());
+    }
+    ExpectSamePredictions(here, there);
+  }
+  theta.mean = MeanFunction::kZero;
+  const auto sparse = [&](const std::shared_ptr<kernels::Context>& context) {
+    SparseModelOptions options;
+    options.inducing_points = 90;
+    auto model = SparseModel::Create(context, theta, options);
+    EXPECT_TRUE(model.ok() && model->AddTargets(ViewOf(points.inputs), points.labels, 0).ok());
+    return *std::move(model);
+  };
+  ExpectSamePredictions(sparse(TestContext()), sparse(OwnMemory()));
+}
+
+// Also shows that it is the device that predicts, and that a failure leaves the posterior usable.
+TEST(DeviceFactor, APredictionThatFailsThereSaysSo) {
+  if (IsOnReference()) GTEST_SKIP() << "the reference has no device";
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(40, 2, generator);
+  ExactModel model = MakeModel(OwnMemory(), UnevenHyperparameters(CovarianceFunction::kArcsine, 2));
+  ASSERT_TRUE(model.Add(ViewOf(points.inputs), points.labels, 0).ok());
+  const auto predict = [&] {
+    return model.Predict(ViewOf(points.inputs), PredictWhat::kMeanAndVariance).status();
+  };
+  for (int call = 0; call < 2; ++call) {
+    kernels::FailCall("clEnqueueReadBuffer", call, CL_OUT_OF_RESOURCES);
+    const absl::Status status = predict();
+    ASSERT_TRUE(kernels::CallHasFailed());
+    EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+    EXPECT_NE(status.message().find("predicting in float64 on the device"), std::string::npos)
+        << status;
+  }
+  EXPECT_TRUE(predict().ok());
 }
 
 }  // namespace
