@@ -21,8 +21,7 @@ namespace egosieve::kernels {
 namespace {
 
 constexpr char kPocl[] = "Portable Computing Language";
-constexpr char kPoclHint[] =
-    "; PoCL cannot write to the user's cache folder: set POCL_CACHE_DIR to a folder where it can";
+constexpr char kPoclHint[] = "; POCL_CACHE_DIR can name another folder for PoCL's programs";
 
 KernelTuning DefaultsOf(const cl::Device& device, DeviceType type) {
   if (type == DeviceType::kGpu) return DefaultGpuTuning();
@@ -59,28 +58,25 @@ void Build(cl::Program& program, const cl::Device& device, const std::string& op
   }
 }
 
-// A queue on the first `compute_units` of the context's device; on all of them where the driver
-// cannot divide it.
-cl::CommandQueue MakeQueue(const Context& context, int compute_units) {
-  const cl::Device& device = context.cl_device();
-  if (compute_units >= context.info().compute_units) return {context.cl_context(), device};
+// The first `compute_units` of the device; all of them where the driver cannot divide it.
+cl::Device PartOf(cl::Device device, int compute_units) {
   const std::array<cl_device_partition_property, 4> by_count = {
       CL_DEVICE_PARTITION_BY_COUNTS, compute_units, CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
   try {
     std::vector<cl::Device> parts;
-    cl::Device(device).createSubDevices(by_count.data(), &parts);
-    return {context.cl_context(), parts.at(0)};
+    device.createSubDevices(by_count.data(), &parts);
+    return parts.at(0);
   } catch (const cl::Error& error) {
     constexpr cl_int kCannot[] = {CL_INVALID_VALUE, CL_INVALID_DEVICE, CL_DEVICE_PARTITION_FAILED};
     if (absl::c_find(kCannot, error.err()) == std::end(kCannot)) throw;
-    return {context.cl_context(), device};
+    return device;
   }
 }
 
 }  // namespace
 
-Workspace::Workspace(Context& context, int compute_units)
-    : context_(context), compute_units_(compute_units), queue_(MakeQueue(context, compute_units)) {}
+Workspace::Workspace(Context& context, const cl::Device& device)
+    : context_(context), device_(device), queue_(context.cl_context(), device) {}
 
 absl::StatusOr<cl::Kernel> Workspace::Kernel(std::string_view file, const std::string& options,
                                              const char* name, const std::string& covariance_code) {
@@ -143,8 +139,8 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
     programs_.clear();
     const bool is_pocl = absl::StrContains(info_.platform, kPocl);
     if (is_pocl && absl::IsResourceExhausted(status)) lost_compiler_ = status;
-    if (is_pocl && !PoclCanWrite()) {
-      return absl::Status(status.code(), absl::StrCat(status.message(), kPoclHint));
+    if (const absl::Status room = CheckPoclCanWrite(); is_pocl && !room.ok()) {
+      return absl::Status(room.code(), absl::StrCat(room.message(), kPoclHint));
     }
   }
   EGOSIEVE_RETURN_IF_ERROR(status);
@@ -161,14 +157,23 @@ absl::StatusOr<cl::Kernel> Context::Kernel(std::string_view file, const std::str
   return kernel;
 }
 
+cl::Device Context::DeviceOfCall() {
+  const int units = std::min(info_.compute_units, MaximumThreads());
+  if (info_.type != DeviceType::kCpu || units == info_.compute_units) return device_;
+  const std::lock_guard lock(mutex_);
+  const auto found = parts_.find(units);
+  return found != parts_.end() ? found->second
+                               : parts_.emplace(units, PartOf(device_, units)).first->second;
+}
+
 absl::StatusOr<std::unique_ptr<Workspace>> Context::Borrow(std::string_view doing) {
   EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
-  const int units = info_.type == DeviceType::kCpu ? std::min(info_.compute_units, MaximumThreads())
-                                                   : info_.compute_units;
   std::unique_ptr<Workspace> workspace;
+  cl::Device device;
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(doing, [&] { device = DeviceOfCall(); }));
   {
     const std::lock_guard lock(mutex_);
-    std::erase_if(idle_, [&](const auto& idle) { return idle->compute_units() != units; });
+    std::erase_if(idle_, [&](const auto& idle) { return idle->device()() != device(); });
     if (!idle_.empty()) {
       workspace = std::move(idle_.back());
       idle_.pop_back();
@@ -176,7 +181,7 @@ absl::StatusOr<std::unique_ptr<Workspace>> Context::Borrow(std::string_view doin
     }
   }
   EGOSIEVE_RETURN_IF_ERROR(
-      CatchOpenClErrors(doing, [&] { workspace = std::make_unique<Workspace>(*this, units); }));
+      CatchOpenClErrors(doing, [&] { workspace = std::make_unique<Workspace>(*this, device); }));
   return workspace;
 }
 

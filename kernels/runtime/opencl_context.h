@@ -29,11 +29,11 @@ class Context;
 // Resources for one operation at a time.
 class Workspace {
  public:
-  // On so many of the device's compute units. Throws cl::Error.
-  Workspace(Context& context, int compute_units);
+  // On the context's device or a part of it. Throws cl::Error.
+  Workspace(Context& context, const cl::Device& device);
 
   const cl::CommandQueue& queue() const { return queue_; }
-  int compute_units() const { return compute_units_; }
+  const cl::Device& device() const { return device_; }
   // As Context::Kernel, but always the same object, which keeps its last arguments.
   absl::StatusOr<cl::Kernel> Kernel(std::string_view file, const std::string& options,
                                     const char* name, const std::string& covariance_code = "");
@@ -48,7 +48,7 @@ class Workspace {
   };
 
   Context& context_;
-  int compute_units_;
+  cl::Device device_;
   cl::CommandQueue queue_;
   std::map<std::string, cl::Kernel> kernels_;
   std::array<Grown, 3> scratch_;
@@ -90,9 +90,13 @@ class Context {
  private:
   absl::StatusOr<cl::Program> Program(std::string_view file, const std::string& options,
                                       const std::string& covariance_code);
+  // The device, or the part of a CPU that MaximumThreads() allows. Throws cl::Error.
+  cl::Device DeviceOfCall();
 
   DeviceInfo info_;
   cl::Device device_;
+  // By their compute units; guarded by mutex_. PoCL's queues do not keep the part that they use.
+  std::map<int, cl::Device> parts_;
   cl::Context context_;
   bool shares_host_memory_ = false;
   KernelTuning tuning_;

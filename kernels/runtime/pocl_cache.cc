@@ -7,18 +7,23 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/files/atomic_file.h"
 
 namespace egosieve::kernels {
 namespace {
 
-// Whether a file can be created in `folder`, or in its nearest existing parent.
-bool CanWriteBelow(std::string folder) {
+// A program of PoCL's takes up to about so many bytes.
+constexpr size_t kProgramBytes = 65536;
+
+// `folder`, or its nearest existing parent; empty if there is none but the root.
+std::string ExistingPart(std::string folder) {
   while (access(folder.c_str(), F_OK) != 0) {
     const size_t slash = folder.rfind('/');
-    if (slash == std::string::npos || slash == 0) return false;
+    if (slash == std::string::npos || slash == 0) return "";
     folder.resize(slash);
   }
-  return access(folder.c_str(), W_OK | X_OK) == 0;
+  return folder;
 }
 
 }  // namespace
@@ -30,10 +35,18 @@ std::string PoclCacheFolder() {
   return "";
 }
 
-bool PoclCanWrite() { return CanWriteBelow(PoclCacheFolder()); }
+absl::Status CheckPoclCanWrite() {
+  const std::string folder = PoclCacheFolder();
+  if (ExistingPart(folder).empty()) {
+    return absl::PermissionDeniedError(absl::StrCat("cannot write ", folder));
+  }
+  const std::string path = absl::StrCat(ExistingPart(folder), "/egosieve-room");
+  EGOSIEVE_ASSIGN_OR_RETURN(const TemporaryFile file, TemporaryFile::Create(path));
+  return WriteAll(file.descriptor(), std::string(kProgramBytes, '\0'), path);
+}
 
 void LetPoclWrite() {
-  if (std::getenv("POCL_CACHE_DIR") != nullptr || PoclCanWrite()) return;
+  if (std::getenv("POCL_CACHE_DIR") != nullptr || CheckPoclCanWrite().ok()) return;
   const char* temporary = std::getenv("TMPDIR");
   const std::string folder =
       absl::StrCat(temporary != nullptr ? temporary : "/tmp", "/egosieve-pocl-", getuid());

@@ -14,6 +14,7 @@
 #include "absl/strings/strip.h"
 #include "kernels/base/exception_status.h"
 #include "tools/cli/config_file.h"
+#include "tools/cli/interruption.h"
 #include "tools/cli/research_flag.h"
 
 namespace egosieve::tools {
@@ -355,8 +356,12 @@ int CommandLine::RunCommand(Command& command, const std::string& name,
     if (result.ok()) {
       return static_cast<int>(*result);
     }
-    err << ErrorLine(result.status().message()) << "\n";
-    return static_cast<int>(ExitCodeForStatus(result.status()));
+    // PoCL's compiler drops its files upon a signal and fails.
+    const absl::Status status = absl::IsInternal(result.status()) && InterruptionRequested()
+                                    ? absl::CancelledError("interrupted")
+                                    : result.status();
+    err << ErrorLine(status.message()) << "\n";
+    return static_cast<int>(ExitCodeForStatus(status));
   } catch (const CLI::CallForHelp&) {
     HideSettings(app);
     out << app.help();
