@@ -9,7 +9,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gp/io/model_file.h"
-#include "kernels/base/exception_status.h"
 #include "kernels/base/image_grid.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/equalization.h"
@@ -177,7 +176,11 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
     const kernels::ConstMatrixView<float> places(inputs.data(), labels.size(),
                                                  kDescriptorDimension);
     const absl::Status status = learner_->Learn(places, labels.probability, frame.index, record);
-    if (kernels::IsOfTheMachine(status)) return status;
+    // What the data cause, such as a matrix that is not positive definite, costs the frame alone;
+    // what the computer or its driver causes ends the run.
+    if (!status.ok() && !absl::IsFailedPrecondition(status) && !absl::IsInvalidArgument(status)) {
+      return status;
+    }
     location_prior_.Learn(labels);
     if (options_.potential.enabled) {
       StageTimer timer(record.milliseconds.training);
