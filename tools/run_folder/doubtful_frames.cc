@@ -9,8 +9,8 @@
 namespace egosieve::tools {
 namespace {
 
-// A mask that expects to be more wrong than right.
-constexpr double kLeastOverlap = 0.5;
+// Masks are better than the map that expects so little (docs/decisions.md).
+constexpr double kLeastOverlap = 0.4;
 
 }  // namespace
 
@@ -67,6 +67,10 @@ std::string DoubtfulFrames::Sentence() const {
   if (count_ == 0) return "";
   return absl::StrCat(count_, " of ", frames_,
                       " frames are unreliable, most often: ", doubts_.MostFrequent());
+}
+
+std::string DoubtfulFrames::TooManyDoubtful() const {
+  return 2 * count_ > frames_ ? Sentence() : "";
 }
 
 std::string DoubtfulFrames::TooFewLearnt() const {

@@ -11,7 +11,7 @@
 
 namespace egosieve::tools {
 
-// Why the frame is unreliable: its labels are, or its map expects to be more wrong than right.
+// Why the frame is unreliable: its labels are, or its map expects a small overlap with what moves.
 // Empty if it is reliable.
 std::string DoubtOf(const FrameLine& line);
 
@@ -40,6 +40,9 @@ class DoubtfulFrames {
   int64_t count() const { return count_; }
   // "12 of 62 frames are unreliable, most often: ..."; empty if there are none.
   std::string Sentence() const;
+
+  // That sentence where most frames are unreliable, else empty.
+  std::string TooManyDoubtful() const;
 
   // Empty if the model learnt from half of the frames or more: "only 2 of 30 frames were learnt
   // from, the others most often not because: ...". Not counted are frames that could not be read,
