@@ -107,11 +107,11 @@ static inline REALV arccosine_of_half(REALV h) {
 }
 #endif
 
-// exp(x) for x <= 0: x = n ln 2 + r, |r| <= ln(2) / 2; 0 below the smallest normal number. A sum
-// with 3/2 2^23 (double: 2^52) is rounded to a whole number, n, which is in its low bits. `rint` of
-// a vector is slow in PoCL.
+// factor exp(x) for x <= 0: x = n ln 2 + r, |r| <= ln(2) / 2; 0 where exp(x) is below the smallest
+// normal number, also for an infinite factor. A sum with 3/2 2^23 (double: 2^52) is rounded to a
+// whole number, n, which is in its low bits. `rint` of a vector is slow in PoCL.
 #ifdef REAL_IS_DOUBLE
-static inline REALV exp_of_negative(REALV x) {
+static inline REALV scaled_exp_of_negative(REALV x, REALV factor) {
   const REALV shifted = fma(x, (REALV)1.44269504088896340736, (REALV)6755399441055744.0);
   const REALV n = shifted - (REALV)6755399441055744.0;
   REALV r = fma(n, (REALV)-6.93147180369123816490e-01, x);
@@ -132,10 +132,10 @@ static inline REALV exp_of_negative(REALV x) {
   p = fma(p, r, (REALV)1.0);
   p = fma(p, r, (REALV)1.0);
   const REALV result = AS_REALV(AS_BITSV(p) + (AS_BITSV(shifted) << 52));
-  return x < (REALV)-708.0 ? (REALV)0.0 : result;
+  return x < (REALV)-708.0 ? (REALV)0.0 : factor * result;
 }
 #else
-static inline REALV exp_of_negative(REALV x) {
+static inline REALV scaled_exp_of_negative(REALV x, REALV factor) {
   const REALV shifted = fma(x, (REALV)1.44269504f, (REALV)12582912.0f);
   const REALV n = shifted - (REALV)12582912.0f;
   // One product: the rounding of ln 2 is at most 2.4e-7 of the result, where n = -126.
@@ -149,9 +149,11 @@ static inline REALV exp_of_negative(REALV x) {
   p = fma(p, r, (REALV)1.0f);
   p = fma(p, r, (REALV)1.0f);
   const REALV result = AS_REALV(AS_BITSV(p) + (AS_BITSV(shifted) << 23));
-  return x < (REALV)-87.0f ? (REALV)0.0f : result;
+  return x < (REALV)-87.0f ? (REALV)0.0f : factor * result;
 }
 #endif
+
+static inline REALV exp_of_negative(REALV x) { return scaled_exp_of_negative(x, (REALV)1); }
 
 // Whether any lane of h is below the limit.
 static inline bool any_below(REALV h, REAL limit) {

@@ -10,8 +10,7 @@
 // Float32: u (|p| + |p'|) from rounding the points (scaled_difference.h), since the slope with
 // respect to r is at most 1, and 12 u.
 //
-// r^2 is taken as 1e10 where it is larger: f and its derivatives are 0 there, but infinity times 0
-// is none.
+// Where r^2 overflows f is 0, though infinity times 0 is none: on the host r^2 is at most 1e10.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -22,13 +21,6 @@
 
 namespace egosieve::kernels {
 namespace {
-
-// Not by fmin: what is not a number stays so.
-constexpr char kBoundedCode[] = R"(
-static inline REALV bounded@(const REALV square) {
-  return square > (REALV)1e10f ? (REALV)1e10f : square;
-}
-)";
 
 constexpr char kCodeOneHalf[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
@@ -44,8 +36,8 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 
 constexpr char kCodeThreeHalves[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
-  const REALV r = sqrt(bounded@(squared_distance@(a, b)));
-  return ((REALV)1 + r) * exp_of_negative(-r);
+  const REALV r = sqrt(squared_distance@(a, b));
+  return scaled_exp_of_negative(-r, (REALV)1 + r);
 }
 static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, const REALV k, const REALV weight,
                                  REALV* sums) {
@@ -55,9 +47,9 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 
 constexpr char kCodeFiveHalves[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
-  const REALV square = bounded@(squared_distance@(a, b));
+  const REALV square = squared_distance@(a, b);
   const REALV r = sqrt(square);
-  return fma(square, (REALV)1 / (REALV)3, (REALV)1 + r) * exp_of_negative(-r);
+  return scaled_exp_of_negative(-r, fma(square, (REALV)1 / (REALV)3, (REALV)1 + r));
 }
 static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, const REALV k, const REALV weight,
                                  REALV* sums) {
@@ -81,9 +73,9 @@ class Matern : public ScaledDifference {
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(absl::StrCat(kSquaredDistanceCode, kBoundedCode, kAddSquaresCode,
-                                   kUnitVarianceCode, device_code_),
-                      request);
+    return WithSuffix(
+        absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, device_code_),
+        request);
   }
 
  protected:
