@@ -80,7 +80,6 @@ EvidencePoint PointOfTrack(const Track& track, int gap) {
   point.parent_id = track.parent_id;
   point.now = track.places[0];
   if (track.Reaches(gap)) point.before = track.places[gap];
-  if (track.Reaches(2 * gap)) point.earlier = track.places[2 * gap];
   return point;
 }
 
@@ -168,7 +167,7 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
   if (options_.epipolar) {
     MeasureCalibrated(frame, both, views, motion.kind != MotionModelKind::kNone, result);
   }
-  Measure(frame, motion, both, result);
+  MeasureSelected(frame, motion, both, result);
   const RoadPlane road = MeasureRoad(frame, motion, both, next, result);
   MeasureRoadAhead(frame, views, next, result);
   result.road = road.found;
@@ -180,12 +179,8 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
                           options_.own_vehicle_options, next.own_vehicle);
   }
   Fuse(frame, next, result);
-  std::erase_if(next.poses,
-                [&](const auto& pose) { return pose.index <= frame.index - frame.gap; });
-  if (motion.pose.found()) next.poses.push_back({frame.index, frame.gap, motion.pose});
 
   result.pose = motion.pose.outcome;
-  result.three_views = motion.three_views.found;
   result.pose_line = motion.pose_line;
   result.noise_pixels = motion.noise_pixels;
   result.mover_share = next.mover_share;
@@ -197,7 +192,6 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
 
 void EvidenceAccumulator::Interrupt() {
   state_.memories.clear();
-  state_.poses.clear();
   state_.road = {};
   state_.own_vehicle.images.clear();
 }

@@ -6,19 +6,17 @@
 //   2. distance to the motion model: to the epipolar line of the pose, where the pose explains the
 //      points as well as the given matrix does; else to the given model
 //   3. sign of depth, negative_depth.h                  needs 1
-//   4. three views t - 2g, t - g, t; three_view.h       needs 1, now and g frames ago
 //   -  road, road_evidence.h                            needs 1 and a plane with support
-//   5. own vehicle, own_vehicle_blocks.h                needs images; points on it are left out of
+//   4. own vehicle, own_vehicle_blocks.h                needs images; points on it are left out of
 //                                                       the next frame's road
-//   6. log-likelihood ratios, summed along the track, and their probability; fusion.h
+//   5. log-likelihood ratios, summed along the track, and their probability; fusion.h
 //
 // Residuals of step 2 are divided by their robust scale, which is estimated from the frame and
 // tracked over the drive (logarithm, forgetting `noise_memory`).
 //
-// State: sums of the tracks of the last frame, the poses of the last 2 g frames, scales, the share
-// of movers, own vehicle. Its size is bounded by the points of one frame. A restored accumulator
-// gives the same results bit for bit. Frame indices must grow. A skipped frame loses only the pose
-// and the tracks that end at it.
+// State: sums of the tracks of the last frame, scales, the share of movers, own vehicle. Its size
+// is bounded by the points of one frame. A restored accumulator gives the same results bit for bit.
+// Frame indices must grow. A skipped frame loses only the tracks that end at it.
 #ifndef EGOSIEVE_VISION_EVIDENCE_EVIDENCE_ACCUMULATOR_H_
 #define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_ACCUMULATOR_H_
 
@@ -40,7 +38,6 @@
 #include "vision/evidence/photometric_support.h"
 #include "vision/evidence/relative_pose.h"
 #include "vision/evidence/road_plane.h"
-#include "vision/evidence/three_view.h"
 #include "vision/geometry/motion_model_kind.h"
 #include "vision/own_vehicle/own_vehicle_blocks.h"
 #include "vision/tracking/track.h"
@@ -51,12 +48,11 @@ namespace egosieve::vision {
 // A point of frame t and its earlier positions, pixels; NaN where not known.
 struct EvidencePoint {
   static constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
-  int64_t track_id = -1;                    // -1: its evidence is not kept for the next frame
-  int64_t parent_id = -1;                   // its id in the last frame; -1: no earlier evidence
-  cv::Point2f now;                          // in frame t
-  cv::Point2f before{kUnknown, kUnknown};   // in frame t - g
-  cv::Point2f earlier{kUnknown, kUnknown};  // in frame t - 2 g
-  bool estimates = true;                    // takes part in estimating motion and scales
+  int64_t track_id = -1;                   // -1: its evidence is not kept for the next frame
+  int64_t parent_id = -1;                  // its id in the last frame; -1: no earlier evidence
+  cv::Point2f now;                         // in frame t
+  cv::Point2f before{kUnknown, kUnknown};  // in frame t - g
+  bool estimates = true;                   // takes part in estimating motion and scales
   // No ground bound and no road term: its depth is not known, for flow does not measure its motion
   // along the epipolar line, or the point may be fixed in the image.
   bool is_unbounded = false;
@@ -110,7 +106,6 @@ struct EvidenceResult {
   std::vector<GuidedPlace> standing;  // those of `unfollowed` that are static road
   double standing_probability = 0.0;  // of being dynamic, for each place of `standing`
   PoseOutcome pose = PoseOutcome::kUndetermined;
-  bool three_views = false;   // motion over three views found
   bool road = false;          // a road plane found
   bool pose_line = false;     // step 2 used the pose's epipolar line
   double noise_pixels = 0.0;  // scale of step 2; 0 without a motion model
@@ -122,15 +117,9 @@ struct EvidenceState {
     int64_t track_id = -1;
     std::array<double, kEvidenceTerms> sums{};  // A of (F3)
   };
-  struct PastPose {
-    int64_t index = -1;
-    int gap = 0;
-    RelativePose pose;
-  };
   int64_t last_index = -1;
   cv::Size size;
   std::vector<Memory> memories;  // by increasing track_id
-  std::vector<PastPose> poses;   // by increasing index
   double log_noise = 0.0;        // natural logarithm, pixels; of the residuals of step 2
   bool has_noise = false;
   double mover_share = 0.1;
@@ -147,7 +136,7 @@ class EvidenceAccumulator {
   // other than the last frame's resets the state.
   absl::StatusOr<EvidenceResult> Add(const EvidenceFrame& frame);
 
-  // For a cut in the video: drops tracks, poses, the road and the last images of the own vehicle;
+  // For a cut in the video: drops tracks, the road and the last images of the own vehicle;
   // keeps scales and shares.
   void Interrupt();
 
@@ -166,9 +155,9 @@ class EvidenceAccumulator {
   void MeasureCalibrated(const EvidenceFrame& frame, const PhotometricSupport* pictures,
                          const std::vector<CalibratedPair>& views, bool has_motion,
                          EvidenceResult& result) const;
-  // The three-view term; without a calibrated motion, also the epipolar and negative-depth terms.
-  void Measure(const EvidenceFrame& frame, const Motion& motion, const PhotometricSupport* pictures,
-               EvidenceResult& result) const;
+  // The epipolar and negative-depth terms where no motion is calibrated.
+  void MeasureSelected(const EvidenceFrame& frame, const Motion& motion,
+                       const PhotometricSupport* pictures, EvidenceResult& result) const;
   // Sets the road term of `result`. The plane that is returned need not be found.
   RoadPlane MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
                         const PhotometricSupport* pictures, EvidenceState& next,

@@ -27,12 +27,6 @@ PointPair PairOf(const EvidencePoint& point) {
   return {point.before.x, point.before.y, point.now.x, point.now.y};
 }
 
-PointTriple TripleOf(const EvidencePoint& point) {
-  return {{point.earlier.x, point.earlier.y},
-          {point.before.x, point.before.y},
-          {point.now.x, point.now.y}};
-}
-
 // Position of the point in frame t if it were static: the nearest one that the model allows.
 cv::Point2f StandingPlace(MotionModelKind kind, const Eigen::Matrix3d& matrix,
                           const PointPair& pair) {
@@ -135,11 +129,9 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
   if (motion.kind == MotionModelKind::kNone) return motion;
 
   std::vector<PointPair>& pairs = motion.pairs;
-  std::vector<PointTriple> triples;
   for (const EvidencePoint& point : frame.points) {
     if (!point.estimates || !IsKnown(point.now) || !IsKnown(point.before)) continue;
     pairs.push_back(PairOf(point));
-    if (IsKnown(point.earlier)) triples.push_back(TripleOf(point));
   }
   const auto scale = [&](const Eigen::Matrix3d& matrix) {
     const std::vector<double> residuals =
@@ -163,13 +155,6 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
         motion.matrix = of_pose;
         noise = pose_noise;
       }
-    }
-    const auto past = std::find_if(next.poses.begin(), next.poses.end(), [&](const auto& pose) {
-      return pose.index == frame.index - frame.gap && pose.gap == frame.gap;
-    });
-    if (options_.three_view && past != next.poses.end()) {
-      motion.three_views =
-          FitThreeViews(triples, past->pose, motion.pose, motion.camera, options_.three_views);
     }
   }
   if (!(noise > 0.0)) {
@@ -215,47 +200,34 @@ void EvidenceAccumulator::MeasureCalibrated(const EvidenceFrame& frame,
   }
 }
 
-void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& motion,
-                                  const PhotometricSupport* pictures,
-                                  EvidenceResult& result) const {
-  if (motion.kind == MotionModelKind::kNone) return;
+void EvidenceAccumulator::MeasureSelected(const EvidenceFrame& frame, const Motion& motion,
+                                          const PhotometricSupport* pictures,
+                                          EvidenceResult& result) const {
+  if (motion.kind == MotionModelKind::kNone || frame.world) return;
   const auto measure = [&](size_t i) {
     const EvidencePoint& point = frame.points[i];
     if (!IsKnown(point.now) || !IsKnown(point.before)) return;
     const PointPair pair = PairOf(point);
-    const auto set = [&](EvidenceTerm term, double ratio) {
-      result.points[i].log_ratio[static_cast<int>(term)] = ratio;
-      result.points[i].present[static_cast<int>(term)] = true;
-    };
     // standing: position of the point if it were static, according to the term.
-    const auto set_supported = [&](EvidenceTerm term, double ratio, cv::Point2f standing) {
+    const auto set = [&](EvidenceTerm term, double ratio, cv::Point2f standing) {
       if (pictures != nullptr && ratio > 0.0) {
         ratio =
             std::min(ratio, pictures->LogRatio(point.before, point.now, standing).value_or(0.0));
       }
-      set(term, ratio);
+      result.points[i].log_ratio[static_cast<int>(term)] = ratio;
+      result.points[i].present[static_cast<int>(term)] = true;
     };
-    if (options_.epipolar && !frame.world) {
+    if (options_.epipolar) {
       const double residual =
           Residuals(motion.kind, motion.matrix, {pair}, EpipolarDistance::kSampson)[0];
-      set_supported(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels),
-                    StandingPlace(motion.kind, motion.matrix, pair));
+      set(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels),
+          StandingPlace(motion.kind, motion.matrix, pair));
     }
-    if (options_.negative_depth && !frame.world) {
+    if (options_.negative_depth) {
       const SignedFlow flow = MeasureSignedFlow(motion.camera, motion.pose, pair);
       if (flow.present) {
-        set_supported(EvidenceTerm::kNegativeDepth,
-                      DepthLogRatio(flow.along_pixels / flow.deviation_pixels),
-                      Back(point.now, flow.along_pixels, flow.direction));
-      }
-    }
-    if (options_.three_view && IsKnown(point.earlier)) {
-      const ThreeViewResidual residual =
-          MeasureThreeViews(motion.three_views, motion.camera, TripleOf(point));
-      if (residual.present) {
-        set_supported(EvidenceTerm::kThreeView,
-                      DistanceLogRatio(residual.along_pixels / residual.deviation_pixels),
-                      Back(point.now, residual.along_pixels, residual.direction));
+        set(EvidenceTerm::kNegativeDepth, DepthLogRatio(flow.along_pixels / flow.deviation_pixels),
+            Back(point.now, flow.along_pixels, flow.direction));
       }
     }
   };

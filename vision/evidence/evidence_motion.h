@@ -19,7 +19,6 @@ struct EvidenceAccumulator::Motion {
   std::vector<PointPair> pairs;  // of the points with `estimates`
   Pinhole camera;
   RelativePose pose;
-  ThreeViewMotion three_views;
   bool pose_line = false;
   double noise_pixels = 0.0;
 };

@@ -16,7 +16,6 @@ absl::Status EvidenceOptions::Validate() const {
       {"kerb", kerb, kerb >= 0 && kerb < 1, "lie in [0, 1)"},
   }));
   EGOSIEVE_RETURN_IF_ERROR(pose.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(three_views.Validate());
   return own_vehicle_options.Validate();
 }
 

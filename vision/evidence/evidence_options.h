@@ -4,7 +4,6 @@
 
 #include "absl/status/status.h"
 #include "vision/evidence/relative_pose.h"
-#include "vision/evidence/three_view.h"
 #include "vision/own_vehicle/own_vehicle_blocks.h"
 
 namespace egosieve::vision {
@@ -12,7 +11,6 @@ namespace egosieve::vision {
 struct EvidenceOptions {
   bool epipolar = true;  // distance to the motion model, of any kind
   bool negative_depth = true;
-  bool three_view = true;
   bool road = true;
   bool accumulation = true;  // along tracks
   bool own_vehicle = true;
@@ -24,7 +22,6 @@ struct EvidenceOptions {
   double noise_floor_pixels = 0.1;  // of the scale of residuals; positive
   double kerb = 0.0;                // of RoadPlane; [0, 1)
   RelativePoseOptions pose;
-  ThreeViewOptions three_views;
   OwnVehicleBlocksOptions own_vehicle_options;
 
   absl::Status Validate() const;

@@ -18,8 +18,6 @@ const char* Name(EvidenceTerm term) {
       return "epipolar";
     case EvidenceTerm::kNegativeDepth:
       return "negative_depth";
-    case EvidenceTerm::kThreeView:
-      return "three_view";
     case EvidenceTerm::kRoad:
       return "road";
   }

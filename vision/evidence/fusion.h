@@ -35,14 +35,14 @@
 
 namespace egosieve::vision {
 
-enum class EvidenceTerm { kEpipolar, kNegativeDepth, kThreeView, kRoad };
-inline constexpr int kEvidenceTerms = 4;
+enum class EvidenceTerm { kEpipolar, kNegativeDepth, kRoad };
+inline constexpr int kEvidenceTerms = 3;
 
-// epipolar, negative_depth, three_view, road.
+// epipolar, negative_depth, road.
 const char* Name(EvidenceTerm term);
 
-inline constexpr double kMoverScale = 15.0;                                               // S
-inline constexpr std::array<double, kEvidenceTerms> kHiddenShare = {0.3, 0.0, 0.6, 0.0};  // h
+inline constexpr double kMoverScale = 15.0;                                          // S
+inline constexpr std::array<double, kEvidenceTerms> kHiddenShare = {0.3, 0.0, 0.0};  // h
 
 // (F1), (F2); 0 if z is NaN.
 double DistanceLogRatio(double z);

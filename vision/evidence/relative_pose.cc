@@ -303,10 +303,6 @@ RelativePose Inverse(const RelativePose& pose) {
   RelativePose inverse = pose;
   inverse.rotation = pose.rotation.transpose();
   inverse.translation = -(inverse.rotation * pose.translation);
-  // The inverse of exp(w) R is R^T exp(-w) = exp(-R^T w) R^T.
-  inverse.rotation_covariance =
-      inverse.rotation * pose.rotation_covariance * inverse.rotation.transpose();
-  inverse.rotation_by_focal = -(inverse.rotation * pose.rotation_by_focal);
   return inverse;
 }
 

@@ -87,7 +87,7 @@ double FlowByFocal(const Pinhole& camera, const RelativePose& pose, const Epipol
 // K^-T [t]x R K^-1, unit Frobenius norm.
 Eigen::Matrix3d FundamentalOfPose(const RelativePose& pose, const Pinhole& camera);
 
-// The pose from the second frame to the first.
+// From the second frame to the first; without covariance and effect of the focal length.
 RelativePose Inverse(const RelativePose& pose);
 
 // exp of the cross product matrix of w (Rodrigues).

@@ -25,7 +25,6 @@ EvidenceOptions OptionsOf(const FrameLabellerOptions& labeller) {
   EvidenceOptions options;
   options.epipolar = terms.epipolar;
   options.negative_depth = terms.negative_depth;
-  options.three_view = terms.three_view;
   options.road = terms.road;
   options.accumulation = terms.accumulation;
   options.own_vehicle = LooksForOwnVehicle(labeller);
@@ -143,9 +142,7 @@ std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks&
     const bool is_ahead = std::isfinite(point.far_ahead.x) || std::isfinite(point.near_ahead.x);
     const bool is_behind = holds(far_behind, n);
     if (tracked && (is_behind || !is_ahead)) {
-      const EvidencePoint behind = PointOfTrack(grid_.tracks()[n], gap);
-      point.evidence.before = behind.before;
-      point.evidence.earlier = behind.earlier;
+      point.evidence.before = grid_.tracks()[n].places[gap];
     } else if (holds(near_behind, n)) {
       point.near_behind = grid_.tracks()[n].places[1];
     }

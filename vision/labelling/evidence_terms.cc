@@ -17,7 +17,6 @@ const std::vector<Term>& Terms() {
   static const auto& terms =
       *new std::vector<Term>{{"epipolar", &EvidenceTerms::epipolar},
                              {"negative_depth", &EvidenceTerms::negative_depth},
-                             {"three_view", &EvidenceTerms::three_view},
                              {"road", &EvidenceTerms::road},
                              {"accumulation", &EvidenceTerms::accumulation},
                              {"own_vehicle", &EvidenceTerms::own_vehicle}};
@@ -36,7 +35,7 @@ std::string Describe(const EvidenceTerms& terms) {
 
 absl::StatusOr<EvidenceTerms> ParseEvidenceTerms(absl::string_view text) {
   if (text == "all") return EvidenceTerms();
-  EvidenceTerms terms{false, false, false, false, false, false};
+  EvidenceTerms terms{false, false, false, false, false};
   for (const absl::string_view word : absl::StrSplit(text, ',')) {
     bool known = false;
     for (const auto& [name, member] : Terms()) {
@@ -54,8 +53,8 @@ absl::StatusOr<EvidenceTerms> ParseEvidenceTerms(absl::string_view text) {
   if (!terms.IsEnough()) {
     return absl::InvalidArgumentError(
         absl::StrCat("'", text,
-                     "' tells nothing of what moves; add epipolar, negative_depth, "
-                     "three_view or road"));
+                     "' tells nothing of what moves; add epipolar, negative_depth "
+                     "or road"));
   }
   return terms;
 }

@@ -13,15 +13,14 @@ namespace egosieve::vision {
 struct EvidenceTerms {
   bool epipolar = true;        // distance to the motion model, of any kind
   bool negative_depth = true;  // cheirality: flow towards the point of expansion
-  bool three_view = true;      // depths of two pairs of pictures that disagree
   bool road = true;            // below the road, or at a depth that disagrees with ground contact
   bool accumulation = true;    // sums along tracks
   bool own_vehicle = true;     // parts of the image that are fixed while the scene moves
 
-  static EvidenceTerms EpipolarAlone() { return {true, false, false, false, false, false}; }
+  static EvidenceTerms EpipolarAlone() { return {true, false, false, false, false}; }
 
   // Whether a term that detects movers is selected; the last two only modify the others.
-  bool IsEnough() const { return epipolar || negative_depth || three_view || road; }
+  bool IsEnough() const { return epipolar || negative_depth || road; }
 };
 
 // "all", or the fields' names in their order, joined by commas.

@@ -25,7 +25,7 @@ absl::Status FrameLabellerOptions::Validate() const {
   if (!evidence.IsEnough()) {
     return absl::InvalidArgumentError(
         "evidence has no term that tells movers from the static scene; it needs epipolar, "
-        "negative_depth, three_view or road");
+        "negative_depth or road");
   }
   if (is_paper && frame_gap == 0) {
     return absl::InvalidArgumentError("the paper's front end needs a frame_gap of at least 1");

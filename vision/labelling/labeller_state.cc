@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3730'6c62'616c'6765;  // "egalbl07"
+constexpr uint64_t kMagic = 0x3830'6c62'616c'6765;  // "egalbl08"
 
 // Walk() is used for both directions: with a Writer it appends the state to bytes, with a Reader it
 // sets the state from bytes.
@@ -106,16 +106,6 @@ void WalkGrid(Archive& archive, State& grid) {
   WalkTracks(archive, grid.tracks);
 }
 
-template <typename Archive, typename Pose>
-void WalkPose(Archive& archive, Pose& pose) {
-  archive.Plain(pose.outcome);
-  archive.Block(pose.rotation.data(), 9);
-  archive.Block(pose.translation.data(), 3);
-  archive.Block(pose.rotation_covariance.data(), 9);
-  archive.Plain(pose.noise_pixels);
-  archive.Plain(pose.parallax_pixels);
-}
-
 template <typename Archive, typename Motion>
 void WalkTwoViews(Archive& archive, Motion& motion) {
   archive.Flag(motion.found);
@@ -126,7 +116,6 @@ void WalkTwoViews(Archive& archive, Motion& motion) {
                        &motion.parallax_pixels, &motion.ground_slope, &motion.ground_heights}) {
     archive.Plain(*number);
   }
-  archive.Block(motion.rotation_covariance.data(), 9);
   bool has_travel = motion.travel.has_value();
   archive.Flag(has_travel);
   Eigen::Vector3d travel = motion.travel.value_or(Eigen::Vector3d::Zero());
@@ -163,12 +152,6 @@ void WalkEvidence(Archive& archive, State& evidence) {
   for (auto& memory : evidence.memories) {
     archive.Plain(memory.track_id);
     archive.Block(memory.sums.data(), memory.sums.size());
-  }
-  if (!archive.Count(evidence.poses, sizeof(int64_t) + 23 * sizeof(double))) return;
-  for (auto& past : evidence.poses) {
-    archive.Plain(past.index);
-    archive.Plain(past.gap);
-    WalkPose(archive, past.pose);
   }
   archive.Plain(evidence.log_noise);
   archive.Flag(evidence.has_noise);
@@ -219,7 +202,7 @@ void Walk(Archive& archive, State& state) {
   archive.Block(state.ground.data(), state.ground.size());
   if (!archive.Count(state.moved, sizeof(float))) return;
   archive.Block(state.moved.data(), state.moved.size());
-  if (!archive.Count(state.motions, 2 * sizeof(int64_t) + 33 * sizeof(double))) return;
+  if (!archive.Count(state.motions, 2 * sizeof(int64_t) + 24 * sizeof(double))) return;
   for (auto& pair : state.motions) {
     archive.Plain(pair.first);
     archive.Plain(pair.second);

@@ -38,7 +38,6 @@ TwoViewMotion Inverse(const TwoViewMotion& motion) {
   TwoViewMotion inverse = motion;
   inverse.rotation = motion.rotation.transpose();
   inverse.translation = -(inverse.rotation * motion.translation);
-  inverse.rotation_covariance = inverse.rotation * motion.rotation_covariance * motion.rotation;
   return inverse;
 }
 
@@ -47,7 +46,6 @@ RelativePose PoseOf(const TwoViewMotion& motion) {
   pose.outcome = motion.HasParallax() ? PoseOutcome::kFound : PoseOutcome::kNoTranslation;
   pose.rotation = motion.rotation;
   pose.translation = motion.translation;
-  pose.rotation_covariance = motion.rotation_covariance;
   pose.noise_pixels = motion.noise_pixels;
   pose.parallax_pixels = motion.parallax_pixels;
   return pose;

@@ -332,11 +332,6 @@ TwoViewMotion MotionOf(const RayBlocks& pairs, const Pinhole& camera, const Stat
   if (!parallaxes.empty()) {
     motion.parallax_pixels = MedianInPlace(parallaxes) * camera.focal_pixels;
   }
-  Matrix5d normal = Evaluate(pairs, {}, state).normal;
-  normal.diagonal().array() += 1e-9 * (1.0 + normal.diagonal().maxCoeff());
-  // From the covariance of w in R exp(w) to that of w in exp(w) R.
-  const Matrix3d covariance = normal.inverse().topLeftCorner<3, 3>();
-  motion.rotation_covariance = state.rotation * covariance * state.rotation.transpose();
   return motion;
 }
 

@@ -87,7 +87,6 @@ struct TwoViewMotion {
   double log_likelihood = 0.0;                             // (TV6), densities per square pixel
   double noise_pixels = 0.0;                               // sigma
   double parallax_pixels = 0.0;                            // median of s over the static points
-  Eigen::Matrix3d rotation_covariance = Eigen::Matrix3d::Zero();  // radians^2
   // See ground_bound.h: the slope of the bound, and |t| in heights of the camera; 0: not known.
   // EstimateTwoViewMotion leaves them at 0.
   double ground_slope = 0.0, ground_heights = 0.0;

@@ -19,22 +19,18 @@ struct Row {
 };
 
 std::vector<Row> Rows(const EvidenceOptions& base) {
-  const auto with = [&](bool epipolar, bool depth, bool three, bool memory) {
+  const auto with = [&](bool epipolar, bool depth, bool memory) {
     EvidenceOptions options = base;
     options.epipolar = epipolar;
     options.negative_depth = depth;
-    options.three_view = three;
     options.accumulation = memory;
     return options;
   };
-  return {{"epipolar", with(true, false, false, false)},
-          {"negative depth", with(false, true, false, false)},
-          {"three views", with(false, false, true, false)},
-          {"epipolar + depth", with(true, true, false, false)},
-          {"epipolar + three views", with(true, false, true, false)},
-          {"epipolar + depth + three views", with(true, true, true, false)},
-          {"epipolar, accumulated", with(true, false, false, true)},
-          {"all", with(true, true, true, true)}};
+  return {{"epipolar", with(true, false, false)},
+          {"negative depth", with(false, true, false)},
+          {"epipolar + depth", with(true, true, false)},
+          {"epipolar, accumulated", with(true, false, true)},
+          {"all", with(true, true, true)}};
 }
 
 int Print(const std::string& data, const EvidenceOptions& base) {

@@ -10,7 +10,7 @@ namespace {
 
 EvidenceOptions EpipolarAlone() {
   EvidenceOptions options;
-  options.negative_depth = options.three_view = options.accumulation = false;
+  options.negative_depth = options.accumulation = false;
   return options;
 }
 

@@ -57,7 +57,7 @@ absl::StatusOr<MaskScore> ScoreSequence(const std::string& folder) {
   EGOSIEVE_ASSIGN_OR_RETURN(auto masks, OpenFrameSource(folder + "/masks"));
   EGOSIEVE_ASSIGN_OR_RETURN(GridTracker tracker, GridTracker::Create({}));
   EvidenceOptions epipolar_options, memoryless;
-  epipolar_options.negative_depth = epipolar_options.three_view = false;
+  epipolar_options.negative_depth = false;
   epipolar_options.accumulation = epipolar_options.own_vehicle = false;
   memoryless.accumulation = false;
   EGOSIEVE_ASSIGN_OR_RETURN(EvidenceAccumulator all, EvidenceAccumulator::Create({}));

@@ -10,7 +10,7 @@ namespace {
 
 TEST(EvidenceTerms, WhatIsDescribedIsParsed) {
   for (const char* text : {"all", "epipolar", "road", "epipolar,negative_depth",
-                           "epipolar,three_view,accumulation", "negative_depth,road,own_vehicle"}) {
+                           "epipolar,accumulation", "negative_depth,road,own_vehicle"}) {
     const auto terms = ParseEvidenceTerms(text);
     ASSERT_TRUE(terms.ok()) << terms.status();
     EXPECT_EQ(Describe(*terms), text);
