@@ -87,12 +87,10 @@ bool LiesAlongTravel(const RoadSlope& slope, const std::optional<TwoViewMotion>&
 
 // The fields of RoadView that are common to all pairs of pictures; `owners` gets the point of each
 // of its pairs. before: one per point, its place in the other picture.
-RoadView RoadViewOf(const EvidenceFrame& frame, const EvidenceOptions& options,
-                    const Pinhole& camera, const RelativePose& pose,
+RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const RelativePose& pose,
                     const std::vector<cv::Point2f>& before, const OwnVehicleBlocks& own_vehicle,
                     std::vector<size_t>& owners) {
   RoadView view;
-  view.kerb = options.kerb;
   view.camera = camera;
   view.pose = pose;
   view.size = frame.size;
@@ -241,8 +239,7 @@ RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Mot
   std::vector<cv::Point2f> before;
   for (const EvidencePoint& point : frame.points) before.push_back(point.before);
   std::vector<size_t> owners;
-  RoadView view =
-      RoadViewOf(frame, options_, motion.camera, motion.pose, before, next.own_vehicle, owners);
+  RoadView view = RoadViewOf(frame, motion.camera, motion.pose, before, next.own_vehicle, owners);
   view.before = frame.grey_before;
   view.pictures = pictures;
   std::remove_copy_if(frame.unfollowed.begin(), frame.unfollowed.end(),
@@ -286,8 +283,8 @@ void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
   if (!next.road.known && !plane) return;
   const EvidenceView& ahead = frame.views[longest - views.data()];
   std::vector<size_t> owners;
-  RoadView view = RoadViewOf(frame, options_, frame.camera, PoseOf(Inverse(longest->motion)),
-                             ahead.places, next.own_vehicle, owners);
+  RoadView view = RoadViewOf(frame, frame.camera, PoseOf(Inverse(longest->motion)), ahead.places,
+                             next.own_vehicle, owners);
   view.plane = plane;
   std::optional<PhotometricSupport> support;
   if (longest->support) support = longest->support->Reversed();

@@ -20,7 +20,6 @@ struct EvidenceOptions {
   double tempering = 0.7;           // kappa of (F4); (0, 1]
   double noise_memory = 0.9;        // of scales and the share of movers, per frame; [0, 1)
   double noise_floor_pixels = 0.1;  // of the scale of residuals; positive
-  double kerb = 0.0;                // of RoadPlane; [0, 1)
   RelativePoseOptions pose;
   OwnVehicleBlocksOptions own_vehicle_options;
 

@@ -68,8 +68,6 @@ struct RoadPlane {
 
   RoadSlope slope() const { return {false, true, m(0) / m(1), -m(2) / m(1)}; }
   double support = 0.0;  // share of the points of the lower middle that are on it
-  // An object beside the road may stand this much lower, a share of the camera's height.
-  double kerb = 0.0;
 
   double At(const Eigen::Vector3d& ray) const { return m.dot(ray); }
   // A_y below the horizon.

@@ -12,7 +12,6 @@ namespace {
 
 constexpr int kSupportRadius = 2;  // nodes
 constexpr double kSupportShare = 0.45;
-constexpr double kKerb = 0.1;  // high ones are 0.15 m, a person carries a camera at 1.5 m
 
 // What is fixed for a while only, such as an object that a hand-held camera follows, is no own
 // vehicle: where the first pass has seen the drive, which distinguishes the two, it decides alone.
@@ -28,8 +27,6 @@ EvidenceOptions OptionsOf(const FrameLabellerOptions& labeller) {
   options.road = terms.road;
   options.accumulation = terms.accumulation;
   options.own_vehicle = LooksForOwnVehicle(labeller);
-  const TravelPrior& travel = labeller.travel;
-  if (travel.IsKnown() && !travel.IsOfVehicle()) options.kerb = kKerb;
   return options;
 }
 
