@@ -54,8 +54,6 @@ struct InverseDepth {
   bool moves = true;                               // in the image, by more than noise
   // Log-likelihood ratio from grey levels of this depth against the road's (S1), signed.
   double against_road = std::numeric_limits<double>::infinity();
-  // The same against all depths of static points here, the road's and nearer (S2); not negative.
-  double against_static = std::numeric_limits<double>::infinity();
 };
 
 // pose: first frame of the pairs to second, found. One per pair, at the place in the second frame.
