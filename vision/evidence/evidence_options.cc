@@ -14,8 +14,7 @@ absl::Status EvidenceOptions::Validate() const {
       {"noise_floor_pixels", noise_floor_pixels, kernels::IsPositive(noise_floor_pixels),
        "be positive"},
   }));
-  EGOSIEVE_RETURN_IF_ERROR(pose.Validate());
-  return own_vehicle_options.Validate();
+  return pose.Validate();
 }
 
 }  // namespace egosieve::vision

@@ -13,12 +13,6 @@ namespace {
 constexpr int kSupportRadius = 2;  // nodes
 constexpr double kSupportShare = 0.45;
 
-// What is fixed for a while only, such as an object that a hand-held camera follows, is no own
-// vehicle: where the first pass has seen the drive, which distinguishes the two, it decides alone.
-bool LooksForOwnVehicle(const FrameLabellerOptions& options) {
-  return options.evidence.own_vehicle && options.fixed_pattern.empty();
-}
-
 EvidenceOptions OptionsOf(const FrameLabellerOptions& labeller) {
   const EvidenceTerms& terms = labeller.evidence;
   EvidenceOptions options;
@@ -26,7 +20,6 @@ EvidenceOptions OptionsOf(const FrameLabellerOptions& labeller) {
   options.negative_depth = terms.negative_depth;
   options.road = terms.road;
   options.accumulation = terms.accumulation;
-  options.own_vehicle = LooksForOwnVehicle(labeller);
   return options;
 }
 
@@ -59,7 +52,6 @@ absl::StatusOr<EvidenceLabeller> EvidenceLabeller::Create(const FrameLabellerOpt
 EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid,
                                    EvidenceAccumulator accumulator)
     : stride_pixels_(options.flow_stride_pixels),
-      draws_own_vehicle_(LooksForOwnVehicle(options)),
       ignored_(options.ignored),
       windscreen_(options.windscreen),
       grid_(std::move(grid)),
@@ -205,8 +197,7 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
   if (!evidence.views.empty()) evidence.camera = camera;
   evidence.points.reserve(points.size());
   for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);
-  if (draws_own_vehicle_ || before != nullptr || !evidence.views.empty())
-    evidence.grey = frame.grey;
+  if (before != nullptr || !evidence.views.empty()) evidence.grey = frame.grey;
   if (before != nullptr) {
     evidence.pictures = static_cast<int>(frame.frame.index - before->frame.index);
     evidence.grey_before = before->grey;

@@ -104,7 +104,6 @@ class HardRoad : public testing::TestWithParam<int> {
   static void ExpectNoDepth(const Labelled& frame) {
     SCOPED_TRACE(testing::Message() << "frame " << frame.labels.frame_index);
     EXPECT_FALSE(frame.state.evidence.evidence.road.known);
-    EXPECT_TRUE(frame.labels.own_vehicle.empty());
     for (const EvidenceTerm term : frame.labels.decided_by) {
       ASSERT_EQ(term, EvidenceTerm::kEpipolar);
     }
@@ -186,7 +185,6 @@ TEST_P(HardRoad, StopAmongMovingCars) {
   for (const Labelled& frame : frames) {
     if (frame.labels.frame_index < kStands) continue;
     EXPECT_NE(frame.labels.motion_model, MotionModelKind::kFundamental);
-    EXPECT_TRUE(frame.labels.own_vehicle.empty());
   }
 }
 
