@@ -123,7 +123,6 @@ Json ToJson(const FrameLine& line) {
             {"labelled_dynamic", line.labelled_dynamic},
             {"frame_gap", line.frame_gap},
             {"decided_by", decided_by},
-            {"own_vehicle", line.own_vehicle},
             {"step", StepToJson(line.step)},
             {"points", PointsToJson(line.points)},
             {"model_size", line.model_size},
@@ -165,7 +164,6 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
   fields.Read("labelled_dynamic", line.labelled_dynamic);
   fields.Read("frame_gap", line.frame_gap);
   fields.Keep(ReadNumbers(fields.Object("decided_by"), "decided_by", line.decided_by));
-  fields.Read("own_vehicle", line.own_vehicle);
   fields.ReadIfThere("step", step);
   fields.Keep(ReadStep(step, line.step));
   fields.Keep(ReadPoints(fields.Object("points"), line.points));

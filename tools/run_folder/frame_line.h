@@ -50,8 +50,6 @@ struct FrameLine {
   int64_t frame_gap = 0;              // frames between the two pictures of the pair; 0: no pair
   // Shares of the dynamic labels by their strongest evidence; names of vision/evidence/fusion.h.
   std::vector<std::pair<std::string, double>> decided_by;  // shares
-  // Areas (x, y, width, height; pixels of the frame) that belong to the own vehicle.
-  std::vector<std::array<int, 4>> own_vehicle;
 
   vision::CameraStep step;  // motion of the camera since the frame before
 

@@ -69,11 +69,7 @@ std::string AbsolutePath(const std::string& path) {
 
 cv::Mat1b IgnoredIn(const FrameLine& line, const cv::Mat1b& ignored) {
   const cv::Size size(line.width_pixels, line.height_pixels);
-  cv::Mat1b area = ignored.size() == size ? ignored.clone() : cv::Mat1b(size, uint8_t{0});
-  for (const auto& [x, y, width, height] : line.own_vehicle) {
-    area(cv::Rect(x, y, width, height) & cv::Rect({}, size)) = 255;
-  }
-  return area;
+  return ignored.size() == size ? ignored.clone() : cv::Mat1b(size, uint8_t{0});
 }
 
 kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description) {

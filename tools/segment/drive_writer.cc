@@ -101,9 +101,6 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame) {
   line.labelled_dynamic = record.dynamic_label_count;
   line.frame_gap = record.frame_gap;
   line.decided_by = MakeShares(record.decided_count);
-  for (const cv::Rect& area : record.own_vehicle) {
-    line.own_vehicle.push_back({area.x, area.y, area.width, area.height});
-  }
   line.doubt = record.doubt;
   line.step = record.step;
   line.points = record.selection;

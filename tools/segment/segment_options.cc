@@ -297,7 +297,7 @@ std::vector<SegmentOption> LabelSettings() {
           [](auto& s) -> auto& { return s.features; }),
       {Kind::kResearch, "evidence", "TERMS",
        "What labels rest on: epipolar (the distance from the camera's motion alone), all, or a "
-       "list of epipolar, negative_depth, road, accumulation, own_vehicle",
+       "list of epipolar, negative_depth, road, accumulation",
        Check([](std::string& text) {
          return std::string(vision::ParseEvidenceTerms(text).status().message());
        }),

@@ -216,7 +216,6 @@ class Column {
     ContactDepths depths;
     depths.inverse_depth = middle.value;
     depths.deviation = std::hypot(middle.deviation, kHorizonError * view_.road.m(1));
-    depths.kerb = view_.road.kerb;
     depths.lowest = LowestGround(view_.road.At(At(top).ray), middle.value);
     SetGroundAround(place, depths);
     const std::vector<ContactRow> rows = view_.pictures != nullptr

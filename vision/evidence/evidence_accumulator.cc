@@ -125,9 +125,7 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
       totals[i] += parts[k];
     }
     evidence.decided_by = Decisive(parts, totals[i] > 0);
-    evidence.own_vehicle = options_.own_vehicle && IsKnown(frame.points[i].now) &&
-                           IsOwnVehicle(next.own_vehicle, frame.points[i].now);
-    if (evidence.judged && !evidence.own_vehicle) judged.push_back(totals[i]);
+    if (evidence.judged) judged.push_back(totals[i]);
   }
   if (!judged.empty()) {
     next.mover_share = options_.noise_memory * next.mover_share +
@@ -136,10 +134,6 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
   next.memories.clear();
   for (size_t i = 0; i < frame.points.size(); ++i) {
     PointEvidence& evidence = result.points[i];
-    if (evidence.own_vehicle) {
-      evidence.probability = 0.0;
-      continue;
-    }
     if (!evidence.judged) continue;
     evidence.probability = ProbabilityOf(totals[i], next.mover_share);
     if (options_.accumulation && sums[i].track_id >= 0) next.memories.push_back(sums[i]);
@@ -168,16 +162,8 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
     MeasureCalibrated(frame, both, views, motion.kind != MotionModelKind::kNone, result);
   }
   MeasureSelected(frame, motion, both, result);
-  const RoadPlane road = MeasureRoad(frame, motion, both, next, result);
+  MeasureRoad(frame, motion, both, next, result);
   MeasureRoadAhead(frame, views, next, result);
-  result.road = road.found;
-  if (options_.own_vehicle && !frame.grey.empty()) {
-    const WorldMotion world = {motion.pose.found(), motion.matrix, motion.pose,
-                               motion.camera,       road,          motion.pairs};
-    const bool known = world.has_line || motion.kind == MotionModelKind::kHomography;
-    LearnOwnVehicleBlocks(frame.grey, frame.index, frame.gap, known ? &world : nullptr,
-                          options_.own_vehicle_options, next.own_vehicle);
-  }
   Fuse(frame, next, result);
 
   result.pose = motion.pose.outcome;
@@ -193,23 +179,15 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
 void EvidenceAccumulator::Interrupt() {
   state_.memories.clear();
   state_.road = {};
-  state_.own_vehicle.images.clear();
 }
 
 absl::Status EvidenceAccumulator::Restore(EvidenceState state) {
   const bool sorted =
       std::is_sorted(state.memories.begin(), state.memories.end(),
                      [](const auto& a, const auto& b) { return a.track_id < b.track_id; });
-  const size_t blocks = state.own_vehicle.blocks.area();
-  const bool whole = sorted && std::isfinite(state.log_noise) && state.mover_share > 0 &&
-                     state.mover_share < 1 && state.own_vehicle.sums.size() == blocks &&
-                     state.own_vehicle.is_own.size() == blocks;
+  const bool whole =
+      sorted && std::isfinite(state.log_noise) && state.mover_share > 0 && state.mover_share < 1;
   if (!whole) return absl::InvalidArgumentError("the state of the evidence is not whole");
-  for (const OwnVehicleBlocks::HalfImage& image : state.own_vehicle.images) {
-    if (image.pixels.size() != static_cast<size_t>(image.size.area())) {
-      return absl::InvalidArgumentError("the state of the evidence has a torn image");
-    }
-  }
   state_ = std::move(state);
   return absl::OkStatus();
 }

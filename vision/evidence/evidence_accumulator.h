@@ -7,16 +7,14 @@
 //      points as well as the given matrix does; else to the given model
 //   3. sign of depth, negative_depth.h                  needs 1
 //   -  road, road_evidence.h                            needs 1 and a plane with support
-//   4. own vehicle, own_vehicle_blocks.h                needs images; points on it are left out of
-//                                                       the next frame's road
-//   5. log-likelihood ratios, summed along the track, and their probability; fusion.h
+//   4. log-likelihood ratios, summed along the track, and their probability; fusion.h
 //
 // Residuals of step 2 are divided by their robust scale, which is estimated from the frame and
 // tracked over the drive (logarithm, forgetting `noise_memory`).
 //
-// State: sums of the tracks of the last frame, scales, the share of movers, own vehicle. Its size
-// is bounded by the points of one frame. A restored accumulator gives the same results bit for bit.
-// Frame indices must grow. A skipped frame loses only the tracks that end at it.
+// State: sums of the tracks of the last frame, scales, the share of movers. Its size is bounded by
+// the points of one frame. A restored accumulator gives the same results bit for bit. Frame indices
+// must grow. A skipped frame loses only the tracks that end at it.
 #ifndef EGOSIEVE_VISION_EVIDENCE_EVIDENCE_ACCUMULATOR_H_
 #define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_ACCUMULATOR_H_
 
@@ -39,7 +37,6 @@
 #include "vision/evidence/relative_pose.h"
 #include "vision/evidence/road_plane.h"
 #include "vision/geometry/motion_model_kind.h"
-#include "vision/own_vehicle/own_vehicle_blocks.h"
 #include "vision/tracking/track.h"
 #include "vision/trajectory/two_view_motion.h"
 
@@ -85,8 +82,8 @@ struct EvidenceFrame {
   Pinhole camera;  // read if `world` is set or `views` is not empty
   std::vector<EvidencePoint> points;
   std::vector<cv::Point2f> unfollowed;  // places of frame t where flow failed; not in `points`
-  cv::Mat grey;         // CV_8UC1 of `size`, or empty: nothing is learnt about the own vehicle
-  cv::Mat grey_before;  // of frame t - g, likewise; empty: grey levels do not limit the evidence
+  // Of t and of t - g, CV_8UC1 of `size`; empty: grey levels do not limit the evidence.
+  cv::Mat grey, grey_before;
 };
 
 struct PointEvidence {
@@ -98,7 +95,6 @@ struct PointEvidence {
   std::optional<double> views_road_log_ratio;  // of the longest view, added to the road term
   bool judged = false;                         // has evidence, from this frame or earlier ones
   EvidenceTerm decided_by = EvidenceTerm::kEpipolar;  // greatest part of L in its direction
-  bool own_vehicle = false;                           // true: the other fields are not read
 };
 
 struct EvidenceResult {
@@ -124,7 +120,6 @@ struct EvidenceState {
   bool has_noise = false;
   double mover_share = 0.1;
   RoadSlope road;
-  OwnVehicleBlocks own_vehicle;
 };
 
 class EvidenceAccumulator {
@@ -136,8 +131,7 @@ class EvidenceAccumulator {
   // other than the last frame's resets the state.
   absl::StatusOr<EvidenceResult> Add(const EvidenceFrame& frame);
 
-  // For a cut in the video: drops tracks, the road and the last images of the own vehicle;
-  // keeps scales and shares.
+  // For a cut in the video: drops tracks and the road; keeps scales and shares.
   void Interrupt();
 
   const EvidenceState& state() const { return state_; }
@@ -158,10 +152,10 @@ class EvidenceAccumulator {
   // The epipolar and negative-depth terms where no motion is calibrated.
   void MeasureSelected(const EvidenceFrame& frame, const Motion& motion,
                        const PhotometricSupport* pictures, EvidenceResult& result) const;
-  // Sets the road term of `result`. The plane that is returned need not be found.
-  RoadPlane MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
-                        const PhotometricSupport* pictures, EvidenceState& next,
-                        EvidenceResult& result) const;
+  // Sets `road` and the road term of `result`.
+  void MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
+                   const PhotometricSupport* pictures, EvidenceState& next,
+                   EvidenceResult& result) const;
   // The same from the longest of `views`, whose depths are the most accurate.
   void MeasureRoadAhead(const EvidenceFrame& frame, const std::vector<CalibratedPair>& views,
                         const EvidenceState& next, EvidenceResult& result) const;

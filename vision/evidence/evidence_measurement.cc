@@ -1,7 +1,6 @@
 // Steps 1 to 4 and the road of evidence_accumulator.h: the terms of a frame.
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <optional>
 
 #include "vision/evidence/calibrated_pairs.h"
@@ -87,22 +86,16 @@ bool LiesAlongTravel(const RoadSlope& slope, const std::optional<TwoViewMotion>&
 
 // The fields of RoadView that are common to all pairs of pictures; `owners` gets the point of each
 // of its pairs. before: one per point, its place in the other picture.
-RoadView RoadViewOf(const EvidenceFrame& frame, const EvidenceOptions& options,
-                    const Pinhole& camera, const RelativePose& pose,
-                    const std::vector<cv::Point2f>& before, const OwnVehicleBlocks& own_vehicle,
-                    std::vector<size_t>& owners) {
+RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const RelativePose& pose,
+                    const std::vector<cv::Point2f>& before, std::vector<size_t>& owners) {
   RoadView view;
-  view.kerb = options.kerb;
   view.camera = camera;
   view.pose = pose;
   view.size = frame.size;
   view.now = frame.grey;
   for (size_t i = 0; i < frame.points.size(); ++i) {
     const EvidencePoint& point = frame.points[i];
-    if (!IsKnown(point.now) || !IsKnown(before[i]) || point.is_unbounded ||
-        IsOwnVehicle(own_vehicle, point.now)) {
-      continue;
-    }
+    if (!IsKnown(point.now) || !IsKnown(before[i]) || point.is_unbounded) continue;
     view.pairs.push_back({before[i].x, before[i].y, point.now.x, point.now.y});
     view.is_textured.push_back(point.estimates);
     owners.push_back(i);
@@ -128,7 +121,7 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
                       : Pinhole::Of(frame.size, options_.focal_pixels);
   if (motion.kind == MotionModelKind::kNone) return motion;
 
-  std::vector<PointPair>& pairs = motion.pairs;
+  std::vector<PointPair> pairs;
   for (const EvidencePoint& point : frame.points) {
     if (!point.estimates || !IsKnown(point.now) || !IsKnown(point.before)) continue;
     pairs.push_back(PairOf(point));
@@ -234,40 +227,36 @@ void EvidenceAccumulator::MeasureSelected(const EvidenceFrame& frame, const Moti
   ForEachPoint(frame.points.size(), measure);
 }
 
-RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
-                                           const PhotometricSupport* pictures, EvidenceState& next,
-                                           EvidenceResult& result) const {
-  if (!options_.road || !motion.pose.found()) return {};
+void EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
+                                      const PhotometricSupport* pictures, EvidenceState& next,
+                                      EvidenceResult& result) const {
+  if (!options_.road || !motion.pose.found()) return;
   std::vector<cv::Point2f> before;
   for (const EvidencePoint& point : frame.points) before.push_back(point.before);
   std::vector<size_t> owners;
-  RoadView view =
-      RoadViewOf(frame, options_, motion.camera, motion.pose, before, next.own_vehicle, owners);
+  RoadView view = RoadViewOf(frame, motion.camera, motion.pose, before, owners);
   view.before = frame.grey_before;
   view.pictures = pictures;
-  std::remove_copy_if(frame.unfollowed.begin(), frame.unfollowed.end(),
-                      std::back_inserter(view.unfollowed),
-                      [&](cv::Point2f now) { return IsOwnVehicle(next.own_vehicle, now); });
+  view.unfollowed = frame.unfollowed;
   const RoadSlope last = next.road;
   RoadEvidence evidence =
       egosieve::vision::MeasureRoad(view, last, static_cast<uint64_t>(frame.index));
-  const RoadPlane& road = evidence.road;
-  if (!road.found) {
+  if (!evidence.road.found) {
     next.road.unseen = last.unseen + 1;
     if (next.road.unseen > kRoadMemory) next.road = {};
-    return road;
+    return;
   }
-  next.road = road.slope();
+  next.road = evidence.road.slope();
   next.road.known = last.known || (last.proposed && AreAlike(last, next.road)) ||
                     LiesAlongTravel(next.road, frame.world);
-  if (!next.road.known) return {};
+  if (!next.road.known) return;
+  result.road = true;
   for (size_t k = 0; k < owners.size(); ++k) {
     PointEvidence& point = result.points[owners[k]];
     point.log_ratio[static_cast<int>(EvidenceTerm::kRoad)] = evidence.log_ratios[k];
     point.present[static_cast<int>(EvidenceTerm::kRoad)] = true;
   }
   result.standing = std::move(evidence.standing);
-  return road;
 }
 
 void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
@@ -286,8 +275,8 @@ void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
   if (!next.road.known && !plane) return;
   const EvidenceView& ahead = frame.views[longest - views.data()];
   std::vector<size_t> owners;
-  RoadView view = RoadViewOf(frame, options_, frame.camera, PoseOf(Inverse(longest->motion)),
-                             ahead.places, next.own_vehicle, owners);
+  RoadView view =
+      RoadViewOf(frame, frame.camera, PoseOf(Inverse(longest->motion)), ahead.places, owners);
   view.plane = plane;
   std::optional<PhotometricSupport> support;
   if (longest->support) support = longest->support->Reversed();

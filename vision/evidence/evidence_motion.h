@@ -16,7 +16,6 @@ inline bool IsKnown(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(
 struct EvidenceAccumulator::Motion {
   MotionModelKind kind = MotionModelKind::kNone;
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
-  std::vector<PointPair> pairs;  // of the points with `estimates`
   Pinhole camera;
   RelativePose pose;
   bool pose_line = false;

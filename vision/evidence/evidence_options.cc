@@ -13,10 +13,8 @@ absl::Status EvidenceOptions::Validate() const {
       {"noise_memory", noise_memory, noise_memory >= 0 && noise_memory < 1, "lie in [0, 1)"},
       {"noise_floor_pixels", noise_floor_pixels, kernels::IsPositive(noise_floor_pixels),
        "be positive"},
-      {"kerb", kerb, kerb >= 0 && kerb < 1, "lie in [0, 1)"},
   }));
-  EGOSIEVE_RETURN_IF_ERROR(pose.Validate());
-  return own_vehicle_options.Validate();
+  return pose.Validate();
 }
 
 }  // namespace egosieve::vision

@@ -4,7 +4,6 @@
 
 #include "absl/status/status.h"
 #include "vision/evidence/relative_pose.h"
-#include "vision/own_vehicle/own_vehicle_blocks.h"
 
 namespace egosieve::vision {
 
@@ -13,16 +12,13 @@ struct EvidenceOptions {
   bool negative_depth = true;
   bool road = true;
   bool accumulation = true;  // along tracks
-  bool own_vehicle = true;
 
   double focal_pixels = 0.0;        // 0: guessed (pinhole.h); the result hardly depends on it
   double forgetting = 0.5;          // lambda of (F3); [0, 1)
   double tempering = 0.7;           // kappa of (F4); (0, 1]
   double noise_memory = 0.9;        // of scales and the share of movers, per frame; [0, 1)
   double noise_floor_pixels = 0.1;  // of the scale of residuals; positive
-  double kerb = 0.0;                // of RoadPlane; [0, 1)
   RelativePoseOptions pose;
-  OwnVehicleBlocksOptions own_vehicle_options;
 
   absl::Status Validate() const;
 };

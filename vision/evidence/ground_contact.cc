@@ -39,7 +39,7 @@ ContactRatios RatiosOfContact(const std::vector<ContactRow>& rows, const Contact
     const double r = depths.inverse_depth;
     const double deviation = std::hypot(depths.deviation, depths.unevenness * row.ground);
     const auto [lower, higher] = std::minmax({row.ground, depths.ground_share * row.ground});
-    const double far = std::max(0.0, (1.0 - depths.kerb) * lower - r) / deviation;
+    const double far = std::max(0.0, lower - r) / deviation;
     const double near = std::max(0.0, r / (1.0 + kHang) - higher) / deviation;
     if (sum > best) {
       best = sum;

@@ -13,15 +13,13 @@
 // A moving object may touch the ground in any row. For a static object the row must agree with r,
 // up to a deviation s of depth and ground:
 //
-//   z_far(b)  = max(0, (1 - k) m.A_b - r) / s     farther than its ground contact
+//   z_far(b)  = max(0, m.A_b - r) / s     farther than its ground contact
 //   z_near(b) = max(0, r / (1 + h) - m.A_b) / s   nearer; h: it may hang above the ground, a bumper
 //   l = max_b S(b) - max_b (S(b) - z(b)^2 / 2)                                                (B2)
 //
-// l is the log-likelihood ratio of moving against static; it is never negative. k is the height of
-// a kerb over the camera's. For a camera on a pavement what is parked on the street seems too far
-// by that share; a vehicle is itself on the street, and k is 0. The ground is the plane, or the
-// plane with its inverse depth scaled by the ratio that road places around the object show.
-// E_ground is the smaller of the two differences, and z the smaller of the two deviations.
+// l is the log-likelihood ratio of moving against static; it is never negative. The ground is the
+// plane, or the plane with its inverse depth scaled by the ratio that road places around the object
+// show. E_ground is the smaller of the two differences, and z the smaller of the two deviations.
 // Blank rows are no evidence: S is constant there. Without pictures, g comes from the inverse
 // depths of the places that flow follows.
 //
@@ -51,7 +49,6 @@ struct ContactDepths {
   double ground_share = 1.0;  // inverse depth of the ground around the object over the plane's
   double unevenness = 0.0;    // deviation of the ground's inverse depth, a share of it
   double lowest = 0.0;        // the search ends at the row where m.A exceeds this
-  double kerb = 0.0;          // k
 };
 
 // (B2) for both signs of z, and m.A of the row of the greatest S.

@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kSlack = 0.25;  // of the road's inverse depth: hollows and slopes far ahead
 constexpr double kMostLogRatio = 6.0;
-constexpr double kNearest = 2.5;     // greatest inverse depth that is tried, over the road's
 constexpr double kLeastDepth = 0.1;  // in the first frame, of the depth in the second
 // Of a surface: the share of its columns with a contact for which its ratio counts in full; the
 // greatest factor by which the ratio grows with their number; and the greatest rise above the
@@ -108,40 +107,12 @@ std::optional<double> RoadComparison::AgainstRoad(const RoadPlane& road,
   return reversed_.SignedLogRatio(now, before, *as_road).value_or(0.0);
 }
 
-std::optional<double> RoadComparison::AgainstStatic(const RoadPlane& road,
-                                                    const PointPair& pair) const {
-  const Eigen::Vector3d ray = camera_.Ray(pair.x2, pair.y2);
-  const double at = road.At(ray);
-  if (!(at > 0.0)) return std::nullopt;
-  const Eigen::Vector3d far_ray = back_.rotation * ray;
-  double nearest = kNearest * at;
-  if (back_.translation(2) < 0.0) {
-    nearest = std::min(nearest, (kLeastDepth - far_ray(2)) / back_.translation(2));
-  }
-  const double farthest = std::min(nearest, (1.0 - kSlack) * at);
-  const auto end = [&](double inverse_depth, cv::Point2f& place, double& scale) {
-    const Eigen::Vector3d point = far_ray + inverse_depth * back_.translation;
-    const Eigen::Vector2d before = camera_.Project(point);
-    place = {static_cast<float>(before(0)), static_cast<float>(before(1))};
-    scale = 1.0 / point(2);
-  };
-  StaticSegment segment;
-  end(farthest, segment.first, segment.scale_first);
-  end(nearest, segment.last, segment.scale_last);
-  const cv::Point2f now(static_cast<float>(pair.x2), static_cast<float>(pair.y2));
-  const cv::Point2f before(static_cast<float>(pair.x1), static_cast<float>(pair.y1));
-  return reversed_.LogRatioOnSegment(now, before, segment).value_or(0.0);
-}
-
 void CompareWithRoad(const RoadPlane& road, const RoadComparison& comparison,
                      const std::vector<PointPair>& pairs, std::vector<InverseDepth>& points) {
   ForEachPoint(points.size(), [&](size_t i) {
     if (!points[i].valid) return;
     const std::optional<double> against_road = comparison.AgainstRoad(road, pairs[i]);
     if (against_road) points[i].against_road = *against_road;
-    if (points[i].value > (1.0 - kSlack) * road.At(points[i].ray)) return;
-    const std::optional<double> against_static = comparison.AgainstStatic(road, pairs[i]);
-    if (against_static) points[i].against_static = *against_static;
   });
 }
 
@@ -158,7 +129,7 @@ std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<Inver
     if (!(at > 0.0)) continue;
     const double deviation = std::hypot(points[i].deviation, kRoadUnevenness * at);
     const double below = RoadLogRatio((points[i].value - (1.0 - kSlack) * at) / deviation);
-    ratios[i] = std::min({below, std::max(0.0, points[i].against_road), points[i].against_static});
+    ratios[i] = std::min(below, std::max(0.0, points[i].against_road));
   }
   const Raster raster(places, image);
   const ColumnView view{raster, road, points, places, grounds, pictures};

@@ -15,10 +15,7 @@
 // times the ratio that road places around the object show.
 //
 // Flow is smooth and carries a mover's motion onto a few places of the road below it. Grey levels
-// correct this: against_road compares each point with the road, and limits (R2). Lane lines and
-// walls along the road look the same when moved along themselves, and the road's position is known
-// only as well as its speed. Therefore against_static, which tries all depths from the road's to
-// nearer ones, limits (R2) as well. In one column alone, the blank side of a car in front is often
+// correct this: against_road compares each point with the road, and limits (R2). In one column alone, the blank side of a car in front is often
 // mistaken for the ground contact. Therefore all columns of one surface (surfaces.h) are judged
 // together, also those without a visible contact. The surface's ratio is the larger of its columns'
 // two medians (too far, too near). It is reduced if few of the columns have a contact, and 0 if the
@@ -51,9 +48,6 @@ class RoadComparison {
                  const PhotometricSupport& pictures);
 
   std::optional<double> AgainstRoad(const RoadPlane& road, const PointPair& pair) const;
-  // (S2) against all static points: inverse depths from the road's, less the slack of (R2), to
-  // 2.5 times the road's.
-  std::optional<double> AgainstStatic(const RoadPlane& road, const PointPair& pair) const;
 
  private:
   Pinhole camera_;
@@ -61,8 +55,7 @@ class RoadComparison {
   PhotometricSupport reversed_;
 };
 
-// Sets against_road of the points below the horizon, and against_static of those that are farther
-// than (R2) allows. points: one per pair.
+// Sets against_road of the points below the horizon. points: one per pair.
 void CompareWithRoad(const RoadPlane& road, const RoadComparison& comparison,
                      const std::vector<PointPair>& pairs, std::vector<InverseDepth>& points);
 

@@ -39,7 +39,6 @@ RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t s
   result.road = FitRoad(depths, last, seed, is_seen_off);
   if (!result.road.found && view.plane) result.road = {true, *view.plane};
   if (!result.road.found) return result;
-  result.road.kerb = view.kerb;
 
   std::vector<GuidedPlace> guided;
   if (view.pictures != nullptr) {

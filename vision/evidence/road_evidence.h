@@ -36,7 +36,6 @@ struct RoadView {
   cv::Mat before, now;                  // CV_8UC1 of `size`; not read without `pictures`
   const PhotometricSupport* pictures = nullptr;
   std::optional<Eigen::Vector3d> plane;  // m of (R1), used if none is found in `pairs`
-  double kerb = 0.0;                     // of RoadPlane
 };
 
 struct RoadEvidence {

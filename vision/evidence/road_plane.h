@@ -54,8 +54,6 @@ struct InverseDepth {
   bool moves = true;                               // in the image, by more than noise
   // Log-likelihood ratio from grey levels of this depth against the road's (S1), signed.
   double against_road = std::numeric_limits<double>::infinity();
-  // The same against all depths of static points here, the road's and nearer (S2); not negative.
-  double against_static = std::numeric_limits<double>::infinity();
 };
 
 // pose: first frame of the pairs to second, found. One per pair, at the place in the second frame.
@@ -68,8 +66,6 @@ struct RoadPlane {
 
   RoadSlope slope() const { return {false, true, m(0) / m(1), -m(2) / m(1)}; }
   double support = 0.0;  // share of the points of the lower middle that are on it
-  // An object beside the road may stand this much lower, a share of the camera's height.
-  double kerb = 0.0;
 
   double At(const Eigen::Vector3d& ray) const { return m.dot(ray); }
   // A_y below the horizon.

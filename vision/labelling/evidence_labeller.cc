@@ -12,13 +12,6 @@ namespace {
 
 constexpr int kSupportRadius = 2;  // nodes
 constexpr double kSupportShare = 0.45;
-constexpr double kKerb = 0.1;  // high ones are 0.15 m, a person carries a camera at 1.5 m
-
-// What is fixed for a while only, such as an object that a hand-held camera follows, is no own
-// vehicle: where the first pass has seen the drive, which distinguishes the two, it decides alone.
-bool LooksForOwnVehicle(const FrameLabellerOptions& options) {
-  return options.evidence.own_vehicle && options.fixed_pattern.empty();
-}
 
 EvidenceOptions OptionsOf(const FrameLabellerOptions& labeller) {
   const EvidenceTerms& terms = labeller.evidence;
@@ -27,9 +20,6 @@ EvidenceOptions OptionsOf(const FrameLabellerOptions& labeller) {
   options.negative_depth = terms.negative_depth;
   options.road = terms.road;
   options.accumulation = terms.accumulation;
-  options.own_vehicle = LooksForOwnVehicle(labeller);
-  const TravelPrior& travel = labeller.travel;
-  if (travel.IsKnown() && !travel.IsOfVehicle()) options.kerb = kKerb;
   return options;
 }
 
@@ -62,7 +52,6 @@ absl::StatusOr<EvidenceLabeller> EvidenceLabeller::Create(const FrameLabellerOpt
 EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid,
                                    EvidenceAccumulator accumulator)
     : stride_pixels_(options.flow_stride_pixels),
-      draws_own_vehicle_(LooksForOwnVehicle(options)),
       ignored_(options.ignored),
       windscreen_(options.windscreen),
       grid_(std::move(grid)),
@@ -208,8 +197,7 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
   if (!evidence.views.empty()) evidence.camera = camera;
   evidence.points.reserve(points.size());
   for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);
-  if (draws_own_vehicle_ || before != nullptr || !evidence.views.empty())
-    evidence.grey = frame.grey;
+  if (before != nullptr || !evidence.views.empty()) evidence.grey = frame.grey;
   if (before != nullptr) {
     evidence.pictures = static_cast<int>(frame.frame.index - before->frame.index);
     evidence.grey_before = before->grey;

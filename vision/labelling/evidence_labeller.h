@@ -86,8 +86,6 @@ class EvidenceLabeller {
                                        const TwoViewMotion* world, const Pinhole& camera,
                                        const std::vector<OtherView>& views);
 
-  const OwnVehicleBlocks& own_vehicle() const { return accumulator_.state().own_vehicle; }
-
   EvidenceLabellerState state() const;
   absl::Status Restore(EvidenceLabellerState state);
 
@@ -99,7 +97,6 @@ class EvidenceLabeller {
   absl::Status AdvanceGrid(cv::Size size, const FramePairs& pairs);
 
   int stride_pixels_;
-  bool draws_own_vehicle_;
   cv::Mat1b ignored_, windscreen_;
   GridTracker grid_;
   EvidenceAccumulator accumulator_;

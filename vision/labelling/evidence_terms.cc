@@ -18,8 +18,7 @@ const std::vector<Term>& Terms() {
       *new std::vector<Term>{{"epipolar", &EvidenceTerms::epipolar},
                              {"negative_depth", &EvidenceTerms::negative_depth},
                              {"road", &EvidenceTerms::road},
-                             {"accumulation", &EvidenceTerms::accumulation},
-                             {"own_vehicle", &EvidenceTerms::own_vehicle}};
+                             {"accumulation", &EvidenceTerms::accumulation}};
   return terms;
 }
 
@@ -35,7 +34,7 @@ std::string Describe(const EvidenceTerms& terms) {
 
 absl::StatusOr<EvidenceTerms> ParseEvidenceTerms(absl::string_view text) {
   if (text == "all") return EvidenceTerms();
-  EvidenceTerms terms{false, false, false, false, false};
+  EvidenceTerms terms{false, false, false, false};
   for (const absl::string_view word : absl::StrSplit(text, ',')) {
     bool known = false;
     for (const auto& [name, member] : Terms()) {

@@ -15,11 +15,10 @@ struct EvidenceTerms {
   bool negative_depth = true;  // cheirality: flow towards the point of expansion
   bool road = true;            // below the road, or at a depth that disagrees with ground contact
   bool accumulation = true;    // sums along tracks
-  bool own_vehicle = true;     // parts of the image that are fixed while the scene moves
 
-  static EvidenceTerms EpipolarAlone() { return {true, false, false, false, false}; }
+  static EvidenceTerms EpipolarAlone() { return {true, false, false, false}; }
 
-  // Whether a term that detects movers is selected; the last two only modify the others.
+  // Whether a term that detects movers is selected; the last only modifies the others.
   bool IsEnough() const { return epipolar || negative_depth || road; }
 };
 

@@ -10,8 +10,7 @@
 // With a selected model, parallax is the median residual of the best homography (motion_model.h).
 // If that is close to zero, a longer gap gives no more parallax, only longer flow.
 //
-// The gap stays as it is while wanted / p moves by less than `margin` beyond it, so that three
-// views have equal gaps.
+// The gap stays as it is while wanted / p moves by less than `margin` beyond it.
 #ifndef EGOSIEVE_VISION_LABELLING_GAP_CHOICE_H_
 #define EGOSIEVE_VISION_LABELLING_GAP_CHOICE_H_
 

@@ -53,8 +53,6 @@ struct LabelledFrame {
   std::vector<double> residual_pixels;  // N, distance to the motion model; 0 without other position
   // N, the term that contributes most in the direction of the probability.
   std::vector<EvidenceTerm> decided_by;
-  // Areas of the own vehicle, in pixels of `labelled`; no place is in them.
-  std::vector<cv::Rect> own_vehicle;
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels

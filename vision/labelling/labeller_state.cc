@@ -126,24 +126,6 @@ void WalkTwoViews(Archive& archive, Motion& motion) {
 }
 
 template <typename Archive, typename State>
-void WalkOwnVehicle(Archive& archive, State& own_vehicle) {
-  archive.Plain(own_vehicle.blocks.width);
-  archive.Plain(own_vehicle.blocks.height);
-  if (!archive.Count(own_vehicle.sums, sizeof(float))) return;
-  archive.Block(own_vehicle.sums.data(), own_vehicle.sums.size());
-  if (!archive.Count(own_vehicle.is_own, 1)) return;
-  archive.Block(own_vehicle.is_own.data(), own_vehicle.is_own.size());
-  if (!archive.Count(own_vehicle.images, 3 * sizeof(int64_t))) return;
-  for (auto& image : own_vehicle.images) {
-    archive.Plain(image.index);
-    archive.Plain(image.size.width);
-    archive.Plain(image.size.height);
-    if (!archive.Count(image.pixels, 1)) return;
-    archive.Block(image.pixels.data(), image.pixels.size());
-  }
-}
-
-template <typename Archive, typename State>
 void WalkEvidence(Archive& archive, State& evidence) {
   archive.Plain(evidence.last_index);
   archive.Plain(evidence.size.width);
@@ -161,7 +143,6 @@ void WalkEvidence(Archive& archive, State& evidence) {
   archive.Plain(evidence.road.horizon);
   archive.Flag(evidence.road.proposed);
   archive.Plain(evidence.road.unseen);
-  WalkOwnVehicle(archive, evidence.own_vehicle);
 }
 
 template <typename Archive, typename Tracks>

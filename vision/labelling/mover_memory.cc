@@ -26,7 +26,7 @@ void MoverMemory::Remember(const std::vector<TrackedPoint>& points, const Eviden
   nodes_.assign(NodesOf(image, stride_pixels_).area(), 0.0f);
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
-    if (!point.judged || point.own_vehicle) continue;
+    if (!point.judged) continue;
     nodes_[NodeOf(points[i].evidence.now, image)] = static_cast<float>(point.probability);
   }
 }

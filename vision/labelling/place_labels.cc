@@ -27,7 +27,7 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
     const cv::Point2f now = points[i].evidence.now;
-    if (!point.judged || point.own_vehicle || (needs_support && !points[i].is_supported) ||
+    if (!point.judged || (needs_support && !points[i].is_supported) ||
         !IsInside(now.x, now.y, frame.grey.size())) {
       ++result.discarded_count;
       continue;

@@ -66,11 +66,6 @@ void EnlargeLabels(cv::Size reduced, cv::Size full, LabelledFrame& labels) {
   for (double& residual : labels.residual_pixels) residual *= scale;
   labels.parallax_pixels *= scale;
   labels.noise_pixels *= scale;
-  for (cv::Rect& area : labels.own_vehicle) {
-    const cv::Point2d corner(area.br().x * x_scale, area.br().y * y_scale);
-    area = cv::Rect(cv::Point(cvRound(area.x * x_scale), cvRound(area.y * y_scale)),
-                    cv::Point(cvRound(corner.x), cvRound(corner.y)));
-  }
   const cv::Matx33d enlarge(x_scale, 0.0, 0.5 * (x_scale - 1.0),  //
                             0.0, y_scale, 0.5 * (y_scale - 1.0),  //
                             0.0, 0.0, 1.0);

@@ -274,7 +274,6 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
                        {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
   movers_.Remember(points, evidence, frame.grey.size());
-  result.own_vehicle = OwnVehicleAreas(evidence_.own_vehicle(), frame.grey.size());
   if (IsCalibrated()) {
     const TwoViewMotion* motion = model.trusted ? &world : nullptr;
     result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},

@@ -58,8 +58,7 @@ struct FrameRecord {
   int64_t dynamic_label_count = 0;  // p >= 1/2
   int frame_gap = 0;                // between the two frames of the pair; 0: no pair
   std::array<int64_t, kEvidenceTerms> decided_count{};  // of the dynamic labels, by EvidenceTerm
-  std::vector<cv::Rect> own_vehicle;                    // labelled_frame.h; so too the next two
-  std::string doubt;
+  std::string doubt;                                    // labelled_frame.h; so too the next one
   CameraStep step;
 
   SelectionCounts selection;

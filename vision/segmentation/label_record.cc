@@ -19,7 +19,6 @@ void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
   if (labels.first_index >= 0) {
     record.frame_gap = static_cast<int>(labels.second_index - labels.first_index);
   }
-  record.own_vehicle = labels.own_vehicle;
   record.doubt = labels.doubt;
   record.step = labels.step;
   record.static_label_count = labels.size() - record.dynamic_label_count;

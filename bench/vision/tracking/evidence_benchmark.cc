@@ -2,7 +2,6 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
-#include <random>
 #include <vector>
 
 #include "tests/vision/evidence/point_street.h"
@@ -32,8 +31,7 @@ void BM_GridTracker(benchmark::State& state) {
 }
 BENCHMARK(BM_GridTracker)->Unit(benchmark::kMillisecond);
 
-// `with_image` adds the own vehicle.
-void BM_Evidence(benchmark::State& state, bool with_image) {
+void BM_Evidence(benchmark::State& state) {
   StreetOptions options;
   options.static_count = static_cast<int>(state.range(0)) * 9 / 10;
   options.mover_count = static_cast<int>(state.range(0)) / 10;
@@ -41,17 +39,11 @@ void BM_Evidence(benchmark::State& state, bool with_image) {
   options.travel = {0.0, 0.0, 0.2};  // slow: most points stay in view
   options.mover_travel = {0.05, 0.0, 0.3};
   const PointStreet street(options);
-  std::mt19937_64 random(2);
-  cv::Mat grey(options.size, CV_8UC1);
-  for (int y = 0; y < grey.rows; ++y) {
-    for (int x = 0; x < grey.cols; ++x) grey.at<uint8_t>(y, x) = random() % 256;
-  }
   std::vector<EvidenceFrame> frames;
   for (int t = 0; t < kFrames; ++t) {
     EvidenceFrame frame;
     frame.gap = kGap;
     frame.size = options.size;
-    if (with_image) frame.grey = grey;
     if (t >= kGap) {
       frame.motion_model = MotionModelKind::kFundamental;
       frame.motion_matrix = street.Fundamental(t - kGap, t);
@@ -77,8 +69,7 @@ void BM_Evidence(benchmark::State& state, bool with_image) {
   state.counters["points"] = static_cast<double>(last.points.size());
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(last.points.size()));
 }
-BENCHMARK_CAPTURE(BM_Evidence, points, false)->Arg(8500)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_Evidence, points_and_image, true)->Arg(8500)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_Evidence)->Arg(8500)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace egosieve::vision

@@ -103,7 +103,7 @@ def line(k):
             "outcome": "learnt" if 0 < k < 4 else "answered", "reason": None, "doubt": None,
             "width_pixels": WIDTH, "height_pixels": HEIGHT, "features": 0, "matches": 0,
             "motion_model": "none", "inliers": 0, "noise_pixels": 0, "labelled_static": 0,
-            "labelled_dynamic": 0, "frame_gap": 0, "decided_by": {}, "own_vehicle": [],
+            "labelled_dynamic": 0, "frame_gap": 0, "decided_by": {},
             "step": None, "points": dict.fromkeys(counts, 0), "model_size": 10 * (k > 0),
             "theta": [0.0], "a": 1, "b": 0, "log_likelihood_per_point": 0,
             "factor_rebuilt": False, "jitter": 0, "dynamic_share": 0, "clamped_variances": 0,

@@ -49,12 +49,13 @@ TEST(ReadFrameMask, HasTheOwnVehicleWhereItIsWanted) {
   FrameLine line;
   line.width_pixels = 30;
   line.height_pixels = 20;
-  line.own_vehicle = {{0, 15, 30, 9}};  // beyond the lower edge
   cv::Mat1b mask(20, 30, uint8_t{0});
   mask(2, 3) = 255;
   ASSERT_TRUE(CreateFolder(folder->File("masks")).ok());
   cv::imwrite(folder->FrameFile("masks", 0, ".png"), mask);
   FrameMaskOptions options;
+  options.ignored = cv::Mat1b(20, 30, uint8_t{0});
+  options.ignored(cv::Rect(0, 15, 30, 5)) = 255;
   absl::StatusOr<FrameMask> read = ReadFrameMask(*folder, line, options);
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);

@@ -43,7 +43,6 @@ TEST(FrameLine, ALineComesBackAsItWas) {
   line.frame_gap = 3;
   line.decided_by = {{"epipolar", 0.75}, {"road", 0.25}};
   line.image = "cam0/000012.jpg";
-  line.own_vehicle = {{0, 320, 640, 16}, {16, 336, 600, 16}};
   line.points = {1505, 907, 488, 110, 19, 51, 7, 102};
   line.model_size = 3999;
   line.theta = {0.1, -1.0 / 3.0, 1e-300};

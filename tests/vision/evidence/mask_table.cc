@@ -58,7 +58,7 @@ absl::StatusOr<MaskScore> ScoreSequence(const std::string& folder) {
   EGOSIEVE_ASSIGN_OR_RETURN(GridTracker tracker, GridTracker::Create({}));
   EvidenceOptions epipolar_options, memoryless;
   epipolar_options.negative_depth = false;
-  epipolar_options.accumulation = epipolar_options.own_vehicle = false;
+  epipolar_options.accumulation = false;
   memoryless.accumulation = false;
   EGOSIEVE_ASSIGN_OR_RETURN(EvidenceAccumulator all, EvidenceAccumulator::Create({}));
   EGOSIEVE_ASSIGN_OR_RETURN(EvidenceAccumulator now, EvidenceAccumulator::Create(memoryless));

@@ -207,61 +207,6 @@ TEST(RoadContact, PicturesTellRoadFromPlacesThatWereCarriedAlong) {
   EXPECT_GT(seen, 0.6 * carried);
 }
 
-// A stripe along the way of travel, as a lane line is, wider where it is nearer, and a dark spot
-// beside it, neither of which moves in the image; and a camera whose direction of travel is known
-// to a pixel and a half.
-TEST(RoadContact, ALaneLineSlidesAlongItself) {
-  constexpr double kPlacePixels = 0.7;
-  const Pinhole camera = Pinhole::Of(kImage, 420);
-  cv::Mat1b picture(kImage, uint8_t{100});
-  const cv::Point2f line(440.0f, 260.0f), spot(250.0f, 260.0f);
-  const double slope = (line.x - camera.centre_x) / (line.y - camera.centre_y);
-  for (int y = 0; y < kImage.height; ++y) {
-    for (int x = 0; x < kImage.width; ++x) {
-      const double across = x - camera.centre_x - slope * (y - camera.centre_y);
-      const double inside = 0.05 * (y - camera.centre_y) - std::abs(across);
-      picture(y, x) = static_cast<uint8_t>(100.0 + 80.0 * std::clamp(0.5 + inside, 0.0, 1.0));
-      if (std::hypot(x - spot.x, y - spot.y) < 3.0) picture(y, x) = 30;
-    }
-  }
-  std::vector<cv::Point2f> places;  // that moved: without any the noise is the floor
-  const PhotometricSupport pictures(picture, picture, places, places, kPlacePixels);
-  RelativePose pose;
-  pose.outcome = PoseOutcome::kFound;
-  pose.translation = -Eigen::Vector3d(1.5 / camera.focal_pixels, 0.0, 1.0).normalized();
-  pose.noise_pixels = 0.1;
-  RoadPlane road;
-  road.found = true;
-  road.m = Eigen::Vector3d(0.0, 2.0, 0.0);
-  const RoadComparison comparison(camera, pose, pictures);
-  const auto standing = [](cv::Point2f at) { return PointPair{at.x, at.y, at.x, at.y}; };
-  EXPECT_GT(comparison.AgainstRoad(road, standing(line)).value(), 100.0);
-  EXPECT_LT(comparison.AgainstStatic(road, standing(line)).value(), 3.0);
-  EXPECT_GT(comparison.AgainstStatic(road, standing(spot)).value(), 10.0);
-  EXPECT_FALSE(comparison.AgainstStatic(road, standing({320.0f, 60.0f})).has_value());
-}
-
-// Places of the road that seem infinitely far: they count as far as the pictures say that nothing
-// static looks like them.
-TEST(RoadContact, WhatLooksLikeSomethingStaticIsNotBelowTheRoad) {
-  const View view = MakeView(0.05);
-  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-  const RoadPlane road = FitRoad(depths, {}, 1);
-  ASSERT_TRUE(road.found);
-  std::vector<size_t> below;
-  for (size_t i = 0; i < depths.size(); i += 97) {
-    if (view.what[i] != What::kRoad || depths[i].ray(1) < 0.15) continue;
-    depths[i].value = 0.0;
-    below.push_back(i);
-  }
-  ASSERT_GT(below.size(), 10);
-  for (const double against_static : {5.0, 0.0}) {
-    for (const size_t i : below) depths[i].against_static = against_static;
-    const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
-    for (const size_t i : below) EXPECT_EQ(ratios[i], against_static) << view.places[i];
-  }
-}
-
 // A car that seems a fifth too far: by the plane, which is right to 0.07, it moves; it may stand
 // where the road around it lies a seventh lower.
 TEST(RoadContact, TheRoadAroundAnObjectIsWhatItStandsOn) {

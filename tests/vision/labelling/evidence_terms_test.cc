@@ -10,7 +10,7 @@ namespace {
 
 TEST(EvidenceTerms, WhatIsDescribedIsParsed) {
   for (const char* text : {"all", "epipolar", "road", "epipolar,negative_depth",
-                           "epipolar,accumulation", "negative_depth,road,own_vehicle"}) {
+                           "epipolar,accumulation", "negative_depth,road"}) {
     const auto terms = ParseEvidenceTerms(text);
     ASSERT_TRUE(terms.ok()) << terms.status();
     EXPECT_EQ(Describe(*terms), text);
@@ -26,7 +26,7 @@ TEST(EvidenceTerms, NonsenseIsRefusedWithTheNames) {
     EXPECT_EQ(terms.status().code(), absl::StatusCode::kInvalidArgument) << text;
     EXPECT_THAT(std::string(terms.status().message()), ::testing::HasSubstr("negative_depth"));
   }
-  EXPECT_FALSE(ParseEvidenceTerms("accumulation,own_vehicle").ok()) << "nothing says what moves";
+  EXPECT_FALSE(ParseEvidenceTerms("accumulation").ok()) << "nothing says what moves";
 }
 
 }  // namespace

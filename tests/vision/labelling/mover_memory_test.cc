@@ -33,7 +33,7 @@ TEST(MoverMemory, GoesWithTheLinks) {
   EXPECT_TRUE(memory.CarriedBy({{2, 2, 7, 2}}, kImage).empty());
   EvidenceResult evidence;
   evidence.points = {Judged(0.9), Judged(0.2), PointEvidence(), Judged(0.8)};
-  evidence.points[3].own_vehicle = true;
+  evidence.points[3].judged = false;
   memory.Remember({At(2, 2), At(47, 27), At(12, 2), At(17, 2)}, evidence, kImage);
   ASSERT_EQ(memory.nodes().size(), 60u);
   EXPECT_FLOAT_EQ(memory.nodes()[0], 0.9f);

@@ -42,7 +42,6 @@ TEST(ReducedLabels, MatricesGoOnFitting) {
     labels.probability.push_back(0.0);
   }
   labels.residual_pixels.assign(3, 1.0);
-  labels.own_vehicle = {cv::Rect(0, 100, 640, 94)};
   EnlargeLabels(reduced, full, labels);
   for (size_t i = 0; i < 3; ++i) {
     const cv::Vec3d here = Homogeneous(labels.positions, i);
@@ -57,7 +56,6 @@ TEST(ReducedLabels, MatricesGoOnFitting) {
   EXPECT_NEAR(labels.positions[0], 0.5 * 1241 / 640 - 0.5, 1e-9);
   EXPECT_NEAR(labels.positions[4], 1240.5 - 0.5 * 1241 / 640, 1e-9);
   EXPECT_NEAR(labels.residual_pixels[0], 1.939, 1e-3);
-  EXPECT_EQ(labels.own_vehicle[0].br(), cv::Point(1241, 376));
 }
 
 TEST(ReducedLabels, CoverTheWholePicture) {
