@@ -49,7 +49,6 @@ void TrackWatch::Check(const LabelledFrame& labels, const LabellerState& state,
   for (const auto& memory : evidence.evidence.memories) {
     ASSERT_TRUE(grid_.last.contains(memory.track_id)) << "evidence of a track that is gone";
   }
-  constexpr size_t kMostGap = FrameLabellerOptions::kLongestAutoGap;
   EXPECT_LE(evidence.frame_indices.size(), static_cast<size_t>(kTrackHistory));
   EXPECT_LE(static_cast<int64_t>(evidence.frame_indices.size()), pictures_);
   if (labels.first_index >= 0) {
