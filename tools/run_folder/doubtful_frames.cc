@@ -69,10 +69,6 @@ std::string DoubtfulFrames::Sentence() const {
                       " frames are unreliable, most often: ", doubts_.MostFrequent());
 }
 
-std::string DoubtfulFrames::TooManyDoubtful() const {
-  return 2 * count_ > frames_ ? Sentence() : "";
-}
-
 std::string DoubtfulFrames::TooFewLearnt() const {
   if (learnt_ >= not_learnt_) return "";
   return absl::StrCat("only ", learnt_, " of ", learnt_ + not_learnt_,

@@ -41,9 +41,6 @@ class DoubtfulFrames {
   // "12 of 62 frames are unreliable, most often: ..."; empty if there are none.
   std::string Sentence() const;
 
-  // That sentence where most frames are unreliable, else empty.
-  std::string TooManyDoubtful() const;
-
   // Empty if the model learnt from half of the frames or more: "only 2 of 30 frames were learnt
   // from, the others most often not because: ...". Not counted are frames that could not be read,
   // the same picture again, and a drive's first frames, which have no picture before them.

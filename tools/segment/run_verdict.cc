@@ -11,7 +11,6 @@ RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_wa
                      " frames are of another size than the first; their maps have their size"));
   }
   const std::string too_few = counts.doubtful.TooFewLearnt();
-  const std::string doubtful = counts.doubtful.TooManyDoubtful();
   const bool learnt_nothing = counts.answered > 0 && counts.learnt == 0;
   if (learnt_nothing) {
     verdict.warnings.push_back(
@@ -19,12 +18,10 @@ RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_wa
                      "; give frames of a moving camera, two at least"));
   } else if (!too_few.empty()) {
     verdict.warnings.push_back(absl::StrCat(too_few, "; the masks are not to be relied on"));
-  } else if (!doubtful.empty()) {
-    verdict.warnings.push_back("the masks are not to be relied on: most frames are unreliable");
   } else if (const std::string sparse = counts.baselines.Describe(); !sparse.empty()) {
     verdict.warnings.push_back(sparse);
   }
-  bool failed = counts.failed > 0 || learnt_nothing || !too_few.empty() || !doubtful.empty();
+  bool failed = counts.failed > 0 || learnt_nothing || !too_few.empty();
   if (counts.failed > 0) {
     verdict.warnings.push_back(
         absl::StrCat(counts.failed,

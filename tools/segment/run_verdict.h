@@ -1,6 +1,6 @@
 // Warnings and exit code of a run that reached its end: kFramesFailed if frames could not be read,
-// if a video ended early, or if the model learnt from nothing or from fewer than half of the frames, or if
-// most frames are unreliable (tools/run_folder/doubtful_frames.h).
+// if a video ended early, or if the model learnt from nothing or from fewer than half of the frames
+// (tools/run_folder/doubtful_frames.h).
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
 

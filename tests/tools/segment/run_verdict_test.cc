@@ -43,24 +43,6 @@ TEST(RunVerdict, ARunThatLearntFromNothingOrFewFramesIsNoSuccess) {
   EXPECT_THAT(half.warnings, IsEmpty());
 }
 
-TEST(RunVerdict, MostFramesUnreliableIsNoSuccess) {
-  const auto judge = [](int unreliable) {
-    DriveWriter::Counts counts((RunDescription()));
-    for (int i = 0; i < 10; ++i) {
-      FrameLine line;
-      line.index = i;
-      line.outcome = Outcome::kLearnt;
-      line.expected_overlap = i < unreliable ? 0.2 : 0.6;
-      counts.Add(line);
-    }
-    return JudgeRun(counts, "");
-  };
-  EXPECT_EQ(judge(5).code, ExitCode::kDone);
-  EXPECT_THAT(judge(5).warnings, IsEmpty());
-  EXPECT_EQ(judge(6).code, ExitCode::kFramesFailed);
-  EXPECT_THAT(judge(6).warnings, ElementsAre(HasSubstr("not to be relied on")));
-}
-
 // The same picture again, as where a camera's pictures were doubled.
 TEST(RunVerdict, RepeatedPicturesDoNotCount) {
   EXPECT_EQ(Judge(4, 20, "the same picture as the frame before", "").code, ExitCode::kDone);
