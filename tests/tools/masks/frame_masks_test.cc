@@ -65,7 +65,6 @@ TEST(ReadFrameMask, HasTheOwnVehicleWhereItIsWanted) {
   mask(cv::Rect(0, 15, 30, 5)) = 255;
   EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);
 
-  options.ignored = cv::Mat1b(20, 30, uint8_t{0});
   options.ignored(0, 29) = 255;
   mask(0, 29) = 255;
   read = ReadFrameMask(*folder, line, options);
