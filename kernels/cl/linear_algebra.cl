@@ -13,10 +13,11 @@
 #define STAGED (TILE + 1)
 #define LOWER_TILES 1
 #define FROM_THE_ROW 2
+#define TO_THE_ROW 4
 
 // C := sign A B, or C += sign A B with `add`; A: rows x depth, B: depth x columns. With LOWER_TILES
 // the tiles above the diagonal stay unchanged; with FROM_THE_ROW the sum begins at the tile's first
-// row. C may be A if it is one tile wide, and B if it is one tile high: a work-group finishes its
+// row, with TO_THE_ROW it ends at its last. C may be A if it is one tile wide, and B if it is one tile high: a work-group finishes its
 // reads before it writes.
 __kernel __attribute__((reqd_work_group_size(GROUP, GROUP, 1))) void multiply_tiles(
     const long rows, const long columns, const long depth, const REAL sign, const int add, const int parts,
@@ -27,7 +28,7 @@ __kernel __attribute__((reqd_work_group_size(GROUP, GROUP, 1))) void multiply_ti
   const int x = get_local_id(0), y = get_local_id(1);
   const long row = (long)get_group_id(1) * TILE, column = (long)get_group_id(0) * TILE;
   const bool left_out = (parts & LOWER_TILES) && column > row;
-  const long end = left_out ? 0 : depth;
+  const long end = left_out ? 0 : parts & TO_THE_ROW ? min(depth, row + TILE) : depth;
   REAL sums[ITEM][ITEM];
   for (int i = 0; i < ITEM; ++i) {
     for (int j = 0; j < ITEM; ++j) sums[i][j] = (REAL)0;

@@ -13,6 +13,7 @@ namespace egosieve::kernels::opencl {
 namespace {
 
 constexpr int64_t kGroup = 64;  // for kernels with one value per work-item
+constexpr int64_t kBand = 256;  // rows of a matrix on the host at once while it is transferred
 
 cl::NDRange Rounded(int64_t count) { return cl::NDRange((count + kGroup - 1) / kGroup * kGroup); }
 
@@ -153,12 +154,7 @@ DeviceMatrix DeviceLinearAlgebra::MultiplyTransposed(const DeviceMatrix& a, cons
 
 DeviceMatrix DeviceLinearAlgebra::MultiplyLower(const DeviceMatrix& r, const DeviceMatrix& b) {
   DeviceMatrix out = NewDeviceMatrix(*context_, r.rows, b.columns);
-  constexpr int64_t kBand = 512;
-  for (int64_t begin = 0; begin < r.rows; begin += kBand) {
-    const int64_t rows = std::min(kBand, r.rows - begin);
-    Multiply({rows, b.columns, begin + rows}, 1.0, false, kAll, {r, begin, 0}, {b, 0, 0},
-             {out, begin, 0});
-  }
+  Multiply({r.rows, b.columns, r.rows}, 1.0, false, kToTheRow, {r, 0, 0}, {b, 0, 0}, {out, 0, 0});
   return out;
 }
 
@@ -173,7 +169,6 @@ DeviceMatrix DeviceLinearAlgebra::ColumnNorms(const DeviceMatrix& b) {
 template <typename Width>
 DeviceMatrix DeviceLinearAlgebra::Upload(ConstMatrixView<double> a, Width width) {
   DeviceMatrix copy = NewDeviceMatrix(*context_, a.rows, a.cols);
-  constexpr int64_t kBand = 256;
   std::vector<double> band;
   for (int64_t first = 0; first < a.rows; first += kBand) {
     const int64_t rows = std::min(kBand, a.rows - first);
@@ -210,6 +205,21 @@ DeviceFactor DeviceLinearAlgebra::UploadFactor(ConstMatrixView<double> lower) {
     }
   }
   return {UploadLower(lower), Upload({inverses.data(), blocks * tile, tile})};
+}
+
+void DeviceLinearAlgebra::DownloadLower(const DeviceMatrix& a, MatrixView<double> out) {
+  std::vector<double> band;
+  for (int64_t first = 0; first < a.rows; first += kBand) {
+    const int64_t rows = std::min(kBand, a.rows - first), width = first + rows;
+    band.resize(rows * width);
+    const size_t row_bytes = width * sizeof(double);
+    queue_.enqueueReadBufferRect(a.buffer, CL_TRUE, {0, static_cast<size_t>(first), 0}, {0, 0, 0},
+                                 {row_bytes, static_cast<size_t>(rows), 1},
+                                 a.columns * sizeof(double), 0, row_bytes, 0, band.data());
+    for (int64_t i = 0; i < rows; ++i) {
+      std::copy_n(&band[i * width], first + i + 1, out.row(first + i));
+    }
+  }
 }
 
 void DeviceLinearAlgebra::GetDiagonal(const DeviceMatrix& a, DeviceMatrix& out) {

@@ -82,6 +82,8 @@ class DeviceLinearAlgebra {
   DeviceMatrix Upload(ConstMatrixView<double> a);
   DeviceMatrix UploadLower(ConstMatrixView<double> a);
   DeviceFactor UploadFactor(ConstMatrixView<double> lower);
+  // Copies the lower triangle to `out`, which may be partly written after an error.
+  void DownloadLower(const DeviceMatrix& a, MatrixView<double> out);
   // out(i) = A(i, i).
   void GetDiagonal(const DeviceMatrix& a, DeviceMatrix& out);
   // In the lower triangle, W := sum_c u_c u_c^T - k W; u: n x k.
@@ -100,7 +102,7 @@ class DeviceLinearAlgebra {
     int64_t columns = 0;
     int64_t depth = 0;
   };
-  enum Parts { kAll = 0, kLowerTiles = 1, kFromTheRow = 2 };
+  enum Parts { kAll = 0, kLowerTiles = 1, kFromTheRow = 2, kToTheRow = 4 };
   // c := sign a b, or c += sign a b.
   void Multiply(const Extents& extents, double sign, bool add, int parts, const Operand& a,
                 const Operand& b, const Operand& c);

@@ -117,25 +117,6 @@ Factored Factorize(const Context& context, const cl::CommandQueue& queue, Tools&
   return factored;
 }
 
-// Copies the lower triangle to `out`, in bands of rows that are as wide as their last row. Throws
-// cl::Error; `out` may then be partly written.
-void DownloadLower(const cl::CommandQueue& queue, const DeviceMatrix& matrix,
-                   MatrixView<double> out) {
-  constexpr int64_t kBand = 256;
-  std::vector<double> band;
-  for (int64_t first = 0; first < matrix.rows; first += kBand) {
-    const int64_t rows = std::min(kBand, matrix.rows - first), width = first + rows;
-    band.resize(rows * width);
-    const size_t row_bytes = width * sizeof(double);
-    queue.enqueueReadBufferRect(matrix.buffer, CL_TRUE, {0, static_cast<size_t>(first), 0},
-                                {0, 0, 0}, {row_bytes, static_cast<size_t>(rows), 1},
-                                matrix.columns * sizeof(double), 0, row_bytes, 0, band.data());
-    for (int64_t i = 0; i < rows; ++i) {
-      std::copy_n(&band[i * width], first + i + 1, out.row(first + i));
-    }
-  }
-}
-
 // Throws cl::Error.
 ExactRegression Regress(const Context& context, const cl::CommandQueue& queue, Tools& tools,
                         const CovariancePoints<double>& points, ConstMatrixView<double> y,
@@ -221,7 +202,7 @@ absl::StatusOr<int64_t> FactorizeOnDevice(Context& context, const CovariancePara
     const CommandsEnd end(queue);
     const Factored factored = Factorize(context, queue, tools, points, noise_variance, noise);
     bad_row = factored.bad_row;
-    if (bad_row < 0) DownloadLower(queue, factored.factor.lower, out);
+    if (bad_row < 0) tools.algebra.DownloadLower(factored.factor.lower, out);
   }));
   context.GiveBack(std::move(tools.workspace));
   return bad_row;

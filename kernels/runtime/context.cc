@@ -20,8 +20,11 @@
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kPocl[] = "Portable Computing Language";
 constexpr char kPoclHint[] = "; POCL_CACHE_DIR can name another folder for PoCL's programs";
+
+bool IsPocl(const DeviceInfo& device) {
+  return absl::StrContains(device.platform, "Portable Computing Language");
+}
 
 KernelTuning DefaultsOf(const cl::Device& device, DeviceType type) {
   if (type == DeviceType::kGpu) return DefaultGpuTuning();
@@ -137,13 +140,11 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
     // also the next build.
     for (auto& [name, built] : programs_) built() = nullptr;
     programs_.clear();
-    const bool is_pocl = absl::StrContains(info_.platform, kPocl);
-    if (is_pocl && absl::IsResourceExhausted(status)) lost_compiler_ = status;
-    if (const absl::Status room = CheckPoclCanWrite(); is_pocl && !room.ok()) {
-      return absl::Status(room.code(), absl::StrCat(room.message(), kPoclHint));
-    }
+    if (!IsPocl(info_)) return status;
+    if (absl::IsResourceExhausted(status)) lost_compiler_ = status;
+    const absl::Status room = CheckPoclCanWrite();
+    return room.ok() ? status : absl::Status(room.code(), absl::StrCat(room.message(), kPoclHint));
   }
-  EGOSIEVE_RETURN_IF_ERROR(status);
   programs_.emplace(key, program);
   return program;
 }
@@ -159,7 +160,10 @@ absl::StatusOr<cl::Kernel> Context::Kernel(std::string_view file, const std::str
 
 cl::Device Context::DeviceOfCall() {
   const int units = std::min(info_.compute_units, MaximumThreads());
-  if (info_.type != DeviceType::kCpu || units == info_.compute_units) return device_;
+  // By the standard a part needs a context and programs of its own; PoCL's take the device's.
+  if (!IsPocl(info_) || info_.type != DeviceType::kCpu || units == info_.compute_units) {
+    return device_;
+  }
   const std::lock_guard lock(mutex_);
   const auto found = parts_.find(units);
   return found != parts_.end() ? found->second

@@ -2,9 +2,8 @@
 //
 // Several threads may use one Context at once. Programs are built under a lock, once each. Every
 // operation borrows its own workspace and returns it for the next operation. A workspace has an
-// in-order queue, kernel objects (whose arguments cannot be shared safely) and scratch memory. On a
-// CPU its queue uses as many compute units as MaximumThreads() allows at that moment, where the
-// driver has sub-devices (PoCL has).
+// in-order queue, kernel objects (whose arguments cannot be shared safely) and scratch memory. On
+// PoCL's CPU its queue uses as many compute units as MaximumThreads() allows at that moment.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_
 #define EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_
 
@@ -90,7 +89,7 @@ class Context {
  private:
   absl::StatusOr<cl::Program> Program(std::string_view file, const std::string& options,
                                       const std::string& covariance_code);
-  // The device, or the part of a CPU that MaximumThreads() allows. Throws cl::Error.
+  // The device, or the part of PoCL's CPU that MaximumThreads() allows. Throws cl::Error.
   cl::Device DeviceOfCall();
 
   DeviceInfo info_;

@@ -36,17 +36,17 @@ std::string PoclCacheFolder() {
 }
 
 absl::Status CheckPoclCanWrite() {
-  const std::string folder = PoclCacheFolder();
-  if (ExistingPart(folder).empty()) {
-    return absl::PermissionDeniedError(absl::StrCat("cannot write ", folder));
-  }
-  const std::string path = absl::StrCat(ExistingPart(folder), "/egosieve-room");
+  const std::string folder = PoclCacheFolder(), existing = ExistingPart(folder);
+  if (existing.empty()) return absl::PermissionDeniedError(absl::StrCat("cannot write ", folder));
+  const std::string path = absl::StrCat(existing, "/egosieve-room");
   EGOSIEVE_ASSIGN_OR_RETURN(const TemporaryFile file, TemporaryFile::Create(path));
   return WriteAll(file.descriptor(), std::string(kProgramBytes, '\0'), path);
 }
 
 void LetPoclWrite() {
-  if (std::getenv("POCL_CACHE_DIR") != nullptr || CheckPoclCanWrite().ok()) return;
+  if (std::getenv("POCL_CACHE_DIR") != nullptr) return;
+  const std::string existing = ExistingPart(PoclCacheFolder());
+  if (!existing.empty() && access(existing.c_str(), W_OK | X_OK) == 0) return;
   const char* temporary = std::getenv("TMPDIR");
   const std::string folder =
       absl::StrCat(temporary != nullptr ? temporary : "/tmp", "/egosieve-pocl-", getuid());

@@ -17,7 +17,7 @@ std::string PoclCacheFolder();
 // status that says why not.
 absl::Status CheckPoclCanWrite();
 
-// If PoCL cannot write there, sets POCL_CACHE_DIR to a private temporary folder. For
+// If the permissions do not let PoCL write there, sets POCL_CACHE_DIR to a private temporary folder. For
 // programs, before they start threads: a library must not change its process's environment.
 void LetPoclWrite();
 

@@ -356,10 +356,8 @@ int CommandLine::RunCommand(Command& command, const std::string& name,
     if (result.ok()) {
       return static_cast<int>(*result);
     }
-    // PoCL's compiler drops its files upon a signal and fails.
-    const absl::Status status = absl::IsInternal(result.status()) && InterruptionRequested()
-                                    ? absl::CancelledError("interrupted")
-                                    : result.status();
+    const absl::Status status =
+        IsInterruption(result.status()) ? absl::CancelledError("interrupted") : result.status();
     err << ErrorLine(status.message()) << "\n";
     return static_cast<int>(ExitCodeForStatus(status));
   } catch (const CLI::CallForHelp&) {

@@ -44,4 +44,8 @@ void CatchInterruptions() {
 
 bool InterruptionRequested() { return requested.load(); }
 
+bool IsInterruption(const absl::Status& status) {
+  return InterruptionRequested() && absl::IsInternal(status);
+}
+
 }  // namespace egosieve::tools

@@ -6,6 +6,8 @@
 #ifndef EGOSIEVE_TOOLS_CLI_INTERRUPTION_H_
 #define EGOSIEVE_TOOLS_CLI_INTERRUPTION_H_
 
+#include "absl/status/status.h"
+
 namespace egosieve::tools {
 
 // Blocks the signals. For the time before main: the initialisers of the libraries take longer than
@@ -14,6 +16,8 @@ void HoldInterruptions();
 // Catches the signals, also those that arrived while they were blocked.
 void CatchInterruptions();
 bool InterruptionRequested();
+// Whether the status is what PoCL's compiler makes of a signal: it drops its files and fails.
+bool IsInterruption(const absl::Status& status);
 
 // For commands that do not ask InterruptionRequested(): the signals end the process again, at once
 // if one has already arrived.

@@ -61,8 +61,7 @@ ExitCode Judge(const DriveWriter::Counts& counts, const std::string& warning) {
 absl::StatusOr<ExitCode> EndRun(const SegmentCall& call,
                                 const absl::StatusOr<vision::PipelineSummary>& summary,
                                 const DriveInput& input, double seconds, DriveWriter& writer) {
-  // PoCL's compiler drops its files upon a signal and fails: that, too, is an interruption.
-  const bool is_interrupted = InterruptionRequested() && absl::IsInternal(summary.status());
+  const bool is_interrupted = IsInterruption(summary.status());
   if (!summary.ok() && !is_interrupted) {
     // This error is returned; if run.json cannot be written, it keeps saying "running".
     writer.Finish("failed", std::string(summary.status().message()), seconds).IgnoreError();

@@ -15,11 +15,11 @@
 // times the ratio that road places around the object show.
 //
 // Flow is smooth and carries a mover's motion onto a few places of the road below it. Grey levels
-// correct this: against_road compares each point with the road, and limits (R2). In one column alone, the blank side of a car in front is often
-// mistaken for the ground contact. Therefore all columns of one surface (surfaces.h) are judged
-// together, also those without a visible contact. The surface's ratio is the larger of its columns'
-// two medians (too far, too near). It is reduced if few of the columns have a contact, and 0 if the
-// surface is taller than a vehicle.
+// correct this: against_road compares each point with the road, and limits (R2). In one column
+// alone, the blank side of a car in front is often mistaken for the ground contact. Therefore all
+// columns of one surface (surfaces.h) are judged together, also those without a visible contact.
+// The surface's ratio is the larger of its columns' two medians (too far, too near). It is reduced
+// if few of the columns have a contact, and 0 if the surface is taller than a vehicle.
 //
 // Without a plane all ratios are 0. Reference: Klappstein, Stein & Franke (2006), positive height
 // constraint.

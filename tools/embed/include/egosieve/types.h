@@ -147,8 +147,7 @@ EGOSIEVE_API egosieve_status egosieve_device_name(int32_t index, char* text, int
  * Limits the threads that the libraries start in this process, counting the caller's own. A value
  * below 1 restores the initial limit: $EGOSIEVE_THREADS, or else the number of processors that
  * affinity and control groups allow. It holds for the calls that begin afterwards, on the host and
- * on a CPU as device if its driver has sub-devices, as PoCL has. Results do not depend on it. OpenCV
- * has threads of its own.
+ * on PoCL's CPU. Results do not depend on it. Other drivers and OpenCV have threads of their own.
  */
 EGOSIEVE_API void egosieve_set_threads(int32_t threads);
 
