@@ -29,7 +29,7 @@ class MaskScores:
     def __init__(self, options):
         self.min_area = options.object_area
         self.frames, self.last = 0, None  # last: index and outlines of the frame before
-        self.js, self.fs, self.ts, self.true_ts = [], [], [], []
+        self.js, self.fs, self.ts, self.true_ts = {}, [], [], []  # js: by the frame's index
         self.objects = ObjectTally(options.object_iou)
         self.identity = Identity(self.min_area)
 
@@ -39,7 +39,7 @@ class MaskScores:
         called = mask & ~void
         self.frames += 1
         if real.any():
-            self.js.append((called & real).sum() / (called | real).sum())
+            self.js[index] = (called & real).sum() / (called | real).sum()
             self.fs.append(boundary_f(called, real))
         outlines = describe_outline(called), describe_outline(real)
         if self.last and self.last[0] + 1 == index:
@@ -52,7 +52,7 @@ class MaskScores:
             self.identity.add(true_ids, ids, void)
 
     def to_json(self):
-        return {"frames": self.frames, "j": _mean(self.js), "boundary_f": _mean(self.fs),
+        return {"frames": self.frames, "j": _mean([*self.js.values()]), "boundary_f": _mean(self.fs),
                 "temporal_instability": _mean(self.ts),
                 "temporal_instability_of_truth": _mean(self.true_ts),
                 "identity": self.identity.score(),

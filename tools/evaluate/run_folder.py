@@ -62,6 +62,7 @@ class Line:
     width: int  # pixels; 0: the frame has no map
     height: int
     of_prior: bool  # nothing was learnt yet: the map is the same everywhere
+    expected_overlap: float = None  # IoU that the map expects of its own mask
 
     @property
     def has_map(self):
@@ -96,7 +97,8 @@ class RunFolder:
         for index, entry in sorted(entries.items()):
             learnt = learnt or entry["model_size"] > 0 or entry["outcome"] == "learnt"
             size = entry["width_pixels"], entry["height_pixels"]
-            lines.append(Line(index, entry["time_seconds"], *size, of_prior=not learnt))
+            lines.append(Line(index, entry["time_seconds"], *size, of_prior=not learnt,
+                              expected_overlap=entry.get("expected_overlap")))
         return lines
 
     @staticmethod

@@ -72,6 +72,7 @@ class Result:
     pixels: str = ""
     scores: DriveScores = None
     masks: ObjectTally = None  # the objects of the masks
+    doubts: list = field(default_factory=list)  # frames of doubt.py
     further: FurtherScores = field(default_factory=FurtherScores)
 
 
@@ -145,6 +146,8 @@ def _score(run, sequence, options, result):
     result.figures = {name: value(evaluation) for name, (_, value) in FIGURES.items()}
     result.kind, result.pixels = evaluation.truth.kind, evaluation.pixels
     result.scores, result.masks = evaluation.scores, evaluation.masks.objects
+    result.doubts = [(evaluation.masks.js[line.index], line.expected_overlap)
+                     for line in run.lines if line.index in evaluation.masks.js]
 
 
 def _run_sequence(sequence, profile, flags, options):

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas
 
+from . import doubt
 from .box_scores import BoxScores
 from .drive_scores import THRESHOLDS
 from .objects import ObjectTally
@@ -91,6 +92,10 @@ def summary(results, table, without_truth):
         if ious := _mean_ious(results, group, profile):
             text += (f"one threshold for {group}, {profile}: {THRESHOLDS[np.argmax(ious)]:.2f} "
                      f"gives a mean IoU of {max(ious):.4f} (0.50: {ious[9]:.4f})\n")
+    for profile in dict.fromkeys(r.profile for r in results):
+        frames = [frame for r in results if r.profile == profile for frame in r.doubts]
+        if line := doubt.describe(frames):
+            text += f"{profile}: {line}"
     failed = [r for r in results if r.error]
     for r in failed:
         text += f"failed: {r.sequence.name}, {r.profile}: {r.error}\n"

@@ -12,7 +12,7 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).parent), os.path.abspath('tools')]
 
 import drive  # noqa: E402
-from evaluate import boundary, box_scores, csv_truth, identity, objects  # noqa: E402
+from evaluate import boundary, box_scores, csv_truth, doubt, identity, objects  # noqa: E402
 from evaluate import mask_scores, pixel_scores, stability, trajectory  # noqa: E402
 from evaluate import truth_masks, uncertainty  # noqa: E402
 from evaluate.errors import InputError, UsageError  # noqa: E402
@@ -24,6 +24,19 @@ class Case(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(dir=os.environ.get('TEST_TMPDIR'))
         self.addCleanup(folder.cleanup)
         self.root = Path(folder.name)
+
+
+class Doubt(unittest.TestCase):
+    def test_ranks_bad_masks_by_the_expected_overlap(self):
+        # Bad 0.35, 0.45; others 0.45, 0.6, 0.2: of six pairs three are won and one is tied.
+        frames = [(0.1, 0.35), (0.29, 0.45), (0.3, 0.45), (0.9, 0.6), (0.5, 0.2), (0.7, None)]
+        line = doubt.describe(frames)
+        self.assertIn('2 of 5 frames have a mask J below 0.3', line)
+        self.assertIn('AUC of 0.583: below 0.3 0.000 of these and 0.333 of the others; '
+                      'below 0.4 0.500 of these and 0.333 of the others; '
+                      'below 0.5 1.000 of these and 0.667 of the others', line)
+        self.assertEqual(doubt.describe(frames[2:]), '')
+        self.assertEqual(doubt.describe([]), '')
 
 
 class Pixels(Case):
