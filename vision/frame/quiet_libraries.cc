@@ -23,9 +23,7 @@ void QuietLibraries() {
       cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
       cv::redirectError(IgnoreError);  // exceptions are still thrown
     }
-    constexpr const char* kQuiet = "-8";  // AV_LOG_QUIET
-    setenv("OPENCV_FFMPEG_LOGLEVEL", kQuiet, /*overwrite=*/0);
-    av_log_set_level(AV_LOG_QUIET);
+    if (std::getenv("OPENCV_FFMPEG_LOGLEVEL") == nullptr) av_log_set_level(AV_LOG_QUIET);
   });
 }
 

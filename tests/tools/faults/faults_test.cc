@@ -137,8 +137,6 @@ class Faults : public testing::TestWithParam<std::string> {
     setenv("EGOSIEVE_FAULT_KIND", kFaultNames[static_cast<int>(kind)], 1);
     setenv("EGOSIEVE_FAULT_NUMBER", absl::StrCat(number).c_str(), 1);
     setenv("LD_PRELOAD", fs::absolute("tests/tools/faults/libfailing_system.so").c_str(), 1);
-    // OpenCV sets it where this test has read a video; in the program it asks for libraries' lines.
-    unsetenv("OPENCV_FFMPEG_LOGLEVEL");
     const pid_t process = StartProgram(arguments, base_ + "/out.txt", base_ + "/err.txt");
     unsetenv("LD_PRELOAD");
     for (int wait = 0; wait < kHangsAfter; ++wait) {
