@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 """How the cost of a drive grows with the pictures' size, the model's points, cores and the drive's length.
 
-    bench/drive/cost_table.py [--profile NAME] [--out DIR] [--bench FILE] [--quick]
+    bench/drive/cost_table.py [--profile NAME] [--out DIR] [--quick]
 
-Runs bench_drive (`./run bench_drive --frames=2` builds it) on KITTI's residential street, scaled, and fits cost = a x^b by least
-squares of the logarithms. Writes cost.json, cost.md and a figure of each, cost_megapixels.svg and so on, in DIR, default
-bench/results.
+As bench_drive.py measures it on KITTI's residential street, scaled; cost = a x^b, fitted by least squares of the logarithms. Writes
+cost.json, cost.md and a figure of each, cost_megapixels.svg and so on, in DIR, default bench/results.
 """
 
 import argparse
@@ -15,29 +14,26 @@ import os
 import platform
 import re
 import statistics
-import subprocess
 from pathlib import Path
 
+import bench_drive
 import figures
 
 ROOT = Path(__file__).resolve().parents[2]
-PROCESSOR, CLOCK = "processor_seconds_per_frame_median", "seconds_per_frame_median"
-# title, flag, its values, further flags, what is read, its name, the unit of the flag's values
+PROCESSOR, CLOCK = "processor_seconds_per_frame", "seconds_per_frame"
+# title, what varies, its values, frames, what is read, its name, the unit of the values
 SERIES = [
-    ("Size of the pictures", "megapixels", [0.25, 0.5, 1, 2, 4, 8], ["--frames=16"], PROCESSOR, "processor s per frame", "megapixels"),
-    ("Points of the model", "model_points", [500, 1000, 2000, 4000], ["--frames=40"], PROCESSOR, "processor s per frame", "points"),
-    ("Cores", "threads", [1, 2], ["--frames=40"], CLOCK, "s per frame", "threads"),
-    ("Length of the drive", "frames", [40, 80, 160, 320], [], "processor_seconds", "processor s in all", "frames"),
+    ("Size of the pictures", "megapixels", [0.25, 0.5, 1, 2, 4, 8], 16, PROCESSOR, "processor s per frame", "megapixels"),
+    ("Points of the model", "budget", [500, 1000, 2000, 4000], 40, PROCESSOR, "processor s per frame", "points"),
+    ("Cores", "threads", [1, 2], 40, CLOCK, "s per frame", "threads"),
+    ("Length of the drive", "frames", [40, 80, 160, 320], None, "processor_seconds", "processor s in all", "frames"),
 ]
 
 
-def measure(bench, flags):
-    """The one profile that bench_drive prints."""
-    data = os.environ.get("EGOSIEVE_DATA", str(ROOT.parent / "shared" / "data"))
-    done = subprocess.run([str(bench), f"--data={data}", *flags], capture_output=True, text=True)
-    if done.returncode != 0:
-        raise SystemExit(f"cost_table: {' '.join(flags)}: {done.stderr.strip()[-500:]}{done.stdout[-500:]}")
-    return json.loads(done.stdout)["profiles"][0]
+def measure(profile, what, value, frames):
+    """The profile's figures where `what` has that value."""
+    flags = [f"--{what}={value}"] if what in ("budget", "threads") else []
+    return bench_drive.measure([profile], frames or value, value if what == "megapixels" else None, flags)[0]
 
 
 def machine():
@@ -58,7 +54,7 @@ def markdown(record):
         "# What a drive costs",
         "",
         f"`bench/drive/cost_table.py --profile={record['profile']}`, {record['machine']}, load {record['load']:.1f} before. KITTI's residential",
-        "street back and forth, medians of the second half of the frames. Cost = a x^b, b by least squares of the logarithms.",
+        "street back and forth, the second half of the frames. Cost = a x^b, b by least squares of the logarithms.",
         "",
     ]
     for series in record["series"]:
@@ -78,11 +74,11 @@ def markdown(record):
 def plot(record, folder):
     """A figure for each series, both axes logarithmic."""
     drawn = []
-    for (_, flag, *_), series in zip(SERIES, record["series"]):
+    for (_, varied, *_), series in zip(SERIES, record["series"]):
         points = series["points"]
         line = (series["title"], [p["at"] for p in points], [p["cost"] for p in points])
         title = f"{series['title']}, b = {series['exponent']:.2f}"
-        drawn.append(figures.lines(f"cost_{flag}", title, (series["unit"], series["what"]), [line], logarithmic_x=True, logarithmic_y=True))
+        drawn.append(figures.lines(f"cost_{varied}", title, (series["unit"], series["what"]), [line], logarithmic_x=True, logarithmic_y=True))
     figures.draw(drawn, folder)
 
 
@@ -91,14 +87,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--profile", default="default")
     parser.add_argument("--out", type=Path, default=ROOT / "bench" / "results")
-    parser.add_argument("--bench", type=Path, default=ROOT / "bazel-bin" / "bench" / "drive" / "bench_drive")
     parser.add_argument("--quick", action="store_true", help="the two least values of each series alone")
     options = parser.parse_args()
     record = {"profile": options.profile, "machine": machine(), "load": os.getloadavg()[0], "series": []}
-    for title, flag, values, further, field, what, unit in SERIES:
+    for title, varied, values, frames, field, what, unit in SERIES:
         points = []
         for value in values[:2] if options.quick else values:
-            found = measure(options.bench, [f"--profiles={options.profile}", f"--{flag}={value}", *further])
+            found = measure(options.profile, varied, value, frames)
             points.append({"at": value, "cost": found[field]} | {k: found[k] for k in ("model_points", "resident_mebibytes")})
             print(f"{title}: {value} {unit}, {found[field]:.3g} {what}", flush=True)
         slope = exponent([(p["at"], p["cost"]) for p in points])
