@@ -38,9 +38,6 @@ def _add_scoring(parser):
     add = parser.add_argument
     add("--poses-fps", type=float, default=10.0, metavar="RATE",
         help="rows of the poses per second, where no camera.json gives it")
-    add("--potential-from", type=_from_zero(float), default=0.0, metavar="SECONDS",
-        help="from there on the potential (segment --potential) is scored: it has to have seen "
-             "things move")
     add("--true-camera", metavar="FILE", help="the true lens, as in a run's camera.json; "
         "default: camera.json beside the frames")
     add("--pixels", choices=("grid", "full"), default="grid",

@@ -4,7 +4,6 @@
     poses.txt        the camera's poses (KITTI's format, row k is frame k), camera.json its lens and
                      rate: against the run's trajectory.txt (TUM) and camera.json (trajectory)
     own_vehicle.png  255 on the own vehicle: its share that is marked
-    scene.json       a synthetic drive: with boxes.csv, the truth for a run's potential
 """
 
 from pathlib import Path
@@ -16,12 +15,10 @@ from .box_scores import BoxScores
 from .csv_truth import read_boxes
 from .errors import UsageError
 from .pixel_scores import ratio, threshold_of
-from .potential_scores import PotentialScores, kinds_by_boxes, kinds_by_scene
-from .synthetic_truth import SyntheticTruth
 from .truth_masks import STATIC, read_mask
 
 FILES = {"boxes": "boxes.csv", "poses": "poses.txt", "camera": "camera.json",
-         "own_vehicle": "own_vehicle.png", "scene": "scene.json"}
+         "own_vehicle": "own_vehicle.png"}
 
 
 def find_further_truth(frames):
@@ -31,20 +28,18 @@ def find_further_truth(frames):
 
 
 class FurtherScores:
-    """boxes: BoxScores; potential: PotentialScores; figures: the rest of further.json."""
+    """boxes: BoxScores; figures: the rest of further.json."""
 
     def __init__(self):
-        self.boxes = self.potential = None
+        self.boxes = None
         self.figures = {"focal_error_percent": None, "own_vehicle_marked_share": None}
 
     def is_empty(self):
-        return self.boxes is None and self.potential is None and not any(
-            value is not None for value in self.figures.values())
+        return self.boxes is None and not any(value is not None for value in self.figures.values())
 
     def to_json(self):
         json = {"boxes": self.boxes.to_json()} if self.boxes else {}
-        json |= self.figures
-        return json | ({"potential": self.potential.to_json()} if self.potential else {})
+        return json | self.figures
 
     def table(self):
         text = self.boxes.table() if self.boxes else ""
@@ -56,7 +51,7 @@ class FurtherScores:
             text += f"focal length {error:+.2f} percent\n"
         if (share := self.figures["own_vehicle_marked_share"]) is not None:
             text += f"own vehicle: {share:.4f} of its pixels marked\n"
-        return text + (self.potential.table() if self.potential else "")
+        return text
 
 
 def _trajectory_text(errors):
@@ -73,8 +68,6 @@ def score_further(run, truth, options):
     boxes = read_boxes(truth["boxes"]) if "boxes" in truth else None
     if boxes is not None or "own_vehicle" in truth:
         _score_maps(run, boxes, truth.get("own_vehicle"), options, scores)
-    if run.flag("potential", "off") != "off" and ("scene" in truth or boxes is not None):
-        _score_potential(run, truth.get("scene"), boxes, options, scores)
     camera = trajectory.read_camera(truth["camera"]) if "camera" in truth else None
     if "poses" in truth and run.file("trajectory.txt").exists():
         rate = (camera or {}).get("frames_per_second", 0)
@@ -108,21 +101,6 @@ def _score_maps(run, boxes, own_vehicle, options, scores):
         scores.boxes = box_scores
     if shares:
         scores.figures["own_vehicle_marked_share"] = float(np.mean(shares))
-
-
-def _score_potential(run, scene, boxes, options, scores):
-    synthetic = SyntheticTruth(Path(scene).parent) if scene else None
-    of_frame = synthetic.objects if scene else dict(list(boxes.groupby("frame")))
-    potential = PotentialScores()
-    for line in run.scorable_lines():
-        if line.index not in of_frame or line.seconds < options.potential_from:
-            continue
-        grid = run.grid(line)
-        kinds = (kinds_by_scene(synthetic, line.index, grid) if scene
-                 else kinds_by_boxes(of_frame[line.index], grid))
-        potential.add(run.potential(line), kinds)
-    if potential.frames:
-        scores.potential = potential
 
 
 def _score_trajectory(run, path, rate, scores):

@@ -151,6 +151,3 @@ class RunFolder:
                              "refine --what=probability on it first, or use --pixels=grid")
         return (self._map(probability, grid),
                 self._map(deviation, grid) if deviation.exists() else None)
-
-    def potential(self, line):
-        return self._map(self.frame_file("potential", line.index, ".png"), self.grid(line))

@@ -36,7 +36,7 @@ absl::Status LinkMaps(const RunFolder& from, const RunFolder& to, int64_t index)
     const std::string map = from.FrameFile(file.folder, index, file.suffix);
     const std::string link = to.FrameFile(file.folder, index, file.suffix);
     std::error_code error;
-    if (!fs::exists(map, error)) continue;  // a run without a deviation or potential
+    if (!fs::exists(map, error)) continue;  // a run without deviations
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder(to.File(file.folder)));
     fs::remove(link, error);  // of a map that is not whole
     fs::create_hard_link(map, link, error);

@@ -35,7 +35,6 @@ struct FrameFolder {
 const std::vector<FrameFolder>& FrameFolders() {
   static const auto& folders = *new std::vector<FrameFolder>{
       {"grid", {".prob.png", ".std.png"}},
-      {"potential", {".png"}},
       {"full", {".prob.png", ".std.png", ".class.png", ".objects.json"}},
       {"frames", {".png"}},
       {"masks", {".png"}},

@@ -209,23 +209,12 @@ bool RunFolder::HoldsMaps(const FrameLine& line, const RunDescription& descripti
     const std::uintmax_t size = fs::file_size(FrameFile(folder, line.index, suffix), error);
     return !error && size > 0;
   };
-  const auto potential = description.flags.find("potential");
-  if (potential != description.flags.end() && potential->second != "off" &&
-      !is_there("potential", ".png")) {
-    return false;
-  }
   return is_there("grid", ".prob.png") && is_there("grid", ".std.png");
 }
 
 absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps& maps,
                                                  double deviation_full_scale) const {
   EGOSIEVE_ASSIGN_OR_RETURN(const EncodedMap probability, EncodeMap(maps.probability, 1.0));
-  if (!maps.potential.empty()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const EncodedMap potential, EncodeMap(maps.potential, 1.0));
-    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(File("potential")));
-    EGOSIEVE_RETURN_IF_ERROR(
-        WriteFileAtomically(FrameFile("potential", index, ".png"), potential.png));
-  }
   EGOSIEVE_ASSIGN_OR_RETURN(const EncodedMap deviation,
                             EncodeMap(maps.deviation, deviation_full_scale));
   EGOSIEVE_RETURN_IF_ERROR(

@@ -5,8 +5,6 @@
 //   log/TIME-HOST-PID.jsonl        lines of maps that merge took over. Readers
 //                                  merge the logs
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
-//   potential/NNNNNN.png           with segment --potential: how much each place looks like movers,
-//                                  at grid resolution, value / 65535
 //   masks/, ids/, tracks.csv, full/    made by refine (tools/refine/frame_products.h);
 //   reconstruct.json                   its progress
 //   camera.json, own_vehicle.png, fixed_pattern.png, windscreen.png
@@ -40,7 +38,6 @@ namespace egosieve::tools {
 struct FrameMaps {
   cv::Mat1f probability;
   cv::Mat1f deviation;
-  cv::Mat1f potential;  // empty: none
 };
 
 // A file of a frame's maps: folder/NNNNNNsuffix.
@@ -49,8 +46,7 @@ struct MapFile {
   const char* suffix;
 };
 // The files of a frame's maps. The probability is last, because it marks the maps as complete.
-inline constexpr MapFile kMapFiles[] = {
-    {"potential", ".png"}, {"grid", ".std.png"}, {"grid", ".prob.png"}};
+inline constexpr MapFile kMapFiles[] = {{"grid", ".std.png"}, {"grid", ".prob.png"}};
 
 // The folder's absolute path, the same for all its spellings.
 std::string AbsolutePath(const std::string& path);
@@ -103,11 +99,10 @@ class RunFolder {
   // Whether the files that belong to a line with a map exist and are not empty.
   bool HoldsMaps(const FrameLine& line, const RunDescription& description) const;
 
-  // Writes kMapFiles and returns how many deviations saturated. An empty potential is not written.
+  // Writes kMapFiles and returns how many deviations saturated.
   absl::StatusOr<int64_t> WriteGridMaps(int64_t index, const FrameMaps& maps,
                                         double deviation_full_scale) const;
-  // The maps of a line with a map, without the potential. The deviation is left empty unless
-  // `with_deviation` is set.
+  // The maps of a line with a map. The deviation is left empty unless `with_deviation` is set.
   absl::StatusOr<FrameMaps> ReadGridMaps(const FrameLine& line, const RunDescription& description,
                                          bool with_deviation) const;
 

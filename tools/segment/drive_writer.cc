@@ -48,8 +48,7 @@ FrameMaps MakeMaps(const vision::SegmentationMap& map) {
   const auto as_image = [&](const std::vector<float>& values) {
     return cv::Mat1f(map.grid.rows(), map.grid.columns(), const_cast<float*>(values.data()));
   };
-  return {as_image(map.probability), as_image(map.deviation),
-          map.potential.empty() ? cv::Mat1f() : as_image(map.potential)};
+  return {as_image(map.probability), as_image(map.deviation)};
 }
 
 absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line) {

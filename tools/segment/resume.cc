@@ -156,7 +156,7 @@ bool IsComplete(int64_t next, int64_t step, int64_t end, vision::FrameSource& so
 }
 
 void RemoveAbandonedFiles(const RunFolder& folder) {
-  for (const char* name : {"", "grid", "potential", "model"}) {
+  for (const char* name : {"", "grid", "model"}) {
     kernels::RemoveAbandonedTemporaries(folder.File(name));
   }
 }

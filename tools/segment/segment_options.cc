@@ -120,11 +120,6 @@ std::vector<SegmentOption> MapFlags() {
       Number(
           Kind::kFlag, "budget", "POINTS", "Points that the model holds at most", Between(0, 20000),
           [](auto& s) -> auto& { return s.segmenter.learner.budget.budget; }),
-      Switch(
-          Kind::kFlag, "potential",
-          "Also writes potential/: what looks like the things that have moved in the last "
-          "minutes, whether it moves or not",
-          [](auto& s) -> auto& { return s.segmenter.potential.enabled; }),
       Number(
           Kind::kFlag, "ahead", "FRAMES",
           "Frames after the current one that its labels may use; 0: none, as for a live camera",

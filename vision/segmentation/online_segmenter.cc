@@ -32,7 +32,6 @@ constexpr int64_t kTrainingPoints = 400;
 // Longest side of the pictures for labelling, pixels.
 constexpr int kLongestSide = 1920;
 constexpr int kFastLongestSide = 640;
-constexpr int kLengthDigits = 12;  // of the length of the potential's bytes in a checkpoint
 
 }  // namespace
 
@@ -77,14 +76,12 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Fast() {
 void OnlineSegmenterOptions::SetSeed(uint64_t seed) {
   labeller.seed = seed;
   learner.seed = seed;
-  potential.seed = seed;
 }
 
 absl::Status OnlineSegmenterOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(labeller.Validate());
   EGOSIEVE_RETURN_IF_ERROR(learner.Validate());
   EGOSIEVE_RETURN_IF_ERROR(location_prior.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(potential.Validate());
   EGOSIEVE_RETURN_IF_ERROR(descriptor.Validate());
   if (ahead_frames < 0 || ahead_frames > 100) {
     return absl::InvalidArgumentError(
@@ -116,12 +113,11 @@ OnlineSegmenter::OnlineSegmenter(std::shared_ptr<kernels::Context> context,
                                  const OnlineSegmenterOptions& options,
                                  std::unique_ptr<FrameLabeller> labeller,
                                  std::unique_ptr<OnlineLearner> learner)
-    : context_(context),
+    : context_(std::move(context)),
       options_(options),
       labeller_(std::move(labeller)),
       learner_(std::move(learner)),
-      location_prior_(options.location_prior),
-      potential_(std::move(context), options.potential) {}
+      location_prior_(options.location_prior) {}
 
 Frame OnlineSegmenter::Equalized(const Frame& frame) const {
   Frame equalized = frame;
@@ -182,11 +178,6 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
       return status;
     }
     location_prior_.Learn(labels);
-    if (options_.potential.enabled) {
-      StageTimer timer(record.milliseconds.training);
-      EGOSIEVE_RETURN_IF_ERROR(
-          potential_.Learn(labels.labelled.time_seconds, places, labels.probability));
-    }
     if (status.ok() && options_.residual_weight > 0.0 && labels.labelled.index == frame.index) {
       StageTimer timer(record.milliseconds.posterior);
       EGOSIEVE_RETURN_IF_ERROR(TakeResidual(labels, places));
@@ -221,8 +212,7 @@ absl::StatusOr<std::shared_ptr<const MapPosterior>> OnlineSegmenter::MakePosteri
     if (process_ == nullptr) {
       EGOSIEVE_ASSIGN_OR_RETURN(process_, learner_->MakePosterior());
     }
-    posterior_ = std::make_shared<MapPosterior>(
-        MapPosterior{process_, location_prior_, potential_.posterior(), residual_});
+    posterior_ = std::make_shared<MapPosterior>(MapPosterior{process_, location_prior_, residual_});
   }
   return posterior_;
 }
@@ -254,8 +244,6 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
   }
   posterior.residual.Apply(options_.residual_weight, map);
   posterior.location.Apply(map);
-  EGOSIEVE_RETURN_IF_ERROR(
-      InferPotential(posterior, {field.data(), size, kDescriptorDimension}, map));
   map.clamped_variances = counts.clamped_variances;
   record.clamped_variances = counts.clamped_variances;
   const int64_t dynamic = std::count_if(map.probability.begin(), map.probability.end(),
@@ -263,20 +251,6 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
   record.dynamic_share = static_cast<double>(dynamic) / static_cast<double>(size);
   record.expected_overlap = ExpectedOverlap(map.probability);
   return map;
-}
-
-absl::Status OnlineSegmenter::InferPotential(const MapPosterior& posterior,
-                                             kernels::ConstMatrixView<float> field,
-                                             SegmentationMap& map) const {
-  if (!options_.potential.enabled) return absl::OkStatus();
-  map.potential.assign(field.rows, 0.5f);
-  if (posterior.potential == nullptr) return absl::OkStatus();
-  const std::vector<float> appearance = AppearanceOf(field);
-  kernels::PosteriorOutputs outputs;
-  outputs.probability = map.potential.data();
-  return posterior.potential
-      ->Evaluate({appearance.data(), field.rows, PotentialModel::kInputs}, outputs)
-      .status();
 }
 
 absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& frame) {
@@ -292,11 +266,6 @@ absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& fr
 absl::StatusOr<std::string> OnlineSegmenter::Checkpoint(absl::string_view labeller_state) {
   EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile checkpoint, learner_->Checkpoint());
   checkpoint.annotations += location_prior_.ToBytes();
-  if (options_.potential.enabled) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string potential, potential_.ToBytes());
-    absl::StrAppend(&checkpoint.annotations,
-                    absl::StrFormat("%0*d", kLengthDigits, potential.size()), potential);
-  }
   absl::StrAppend(&checkpoint.annotations, labeller_state);
   posterior_.reset();  // it was made from the factor before rebuilding
   process_.reset();
@@ -313,20 +282,9 @@ absl::Status OnlineSegmenter::Restore(absl::string_view checkpoint,
   residual_ = LabelResidual();
   absl::string_view rest = file.annotations;
   rest.remove_prefix(learner_->annotation_bytes());
-  const auto take = [&rest](size_t size) {
-    const absl::string_view taken = rest.substr(0, size);
-    rest.remove_prefix(taken.size());
-    return std::string_view(taken.data(), taken.size());
-  };
-  EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore(take(location_prior_.ToBytes().size())));
-  if (options_.potential.enabled) {
-    size_t size = 0;
-    const std::string_view digits = take(kLengthDigits);
-    if (!absl::SimpleAtoi(absl::string_view(digits.data(), digits.size()), &size)) {
-      return absl::InvalidArgumentError("the checkpoint holds no potential");
-    }
-    EGOSIEVE_RETURN_IF_ERROR(potential_.Restore(take(size)));
-  }
+  const size_t prior = std::min(location_prior_.ToBytes().size(), rest.size());
+  EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore({rest.data(), prior}));
+  rest.remove_prefix(prior);
   EGOSIEVE_RETURN_IF_ERROR(labeller_->Restore(rest));
   for (const Frame& frame : recent) {
     EGOSIEVE_RETURN_IF_ERROR(labeller_->Prime(frame));

@@ -7,8 +7,7 @@
 //   Infer        frame, posterior -> map         any order, any thread
 //
 // The map of a frame combines the process's posterior, the residual of the frame's own labels
-// (label_residual.h), and the location prior (location_prior.h). If requested, a slow model gives
-// the similarity to things that have moved (potential_model.h).
+// (label_residual.h), and the location prior (location_prior.h).
 //
 // Learn is Label and LearnLabels; Process is all four. The map of frame t is evaluated on frame t
 // after learning the pair that ends in t; frames before the first pair get the prior. No picture
@@ -33,7 +32,6 @@
 #include "vision/segmentation/label_residual.h"
 #include "vision/segmentation/location_prior.h"
 #include "vision/segmentation/online_learner.h"
-#include "vision/segmentation/potential_model.h"
 #include "vision/segmentation/segmentation_map.h"
 
 namespace egosieve::vision {
@@ -42,7 +40,6 @@ struct OnlineSegmenterOptions {
   FrameLabellerOptions labeller;
   OnlineLearnerOptions learner;
   LocationPriorOptions location_prior;
-  PotentialOptions potential;
   double residual_weight = 0.0;  // w of label_residual.h; in [0, 1]; 0: no residual
   DescriptorOptions descriptor;
   // Number of later frames that a frame's labels may use, if the caller has them (in a recording,
@@ -67,8 +64,7 @@ struct OnlineSegmenterOptions {
 struct MapPosterior {
   std::shared_ptr<const gp::Posterior> process;
   LocationPrior location;
-  std::shared_ptr<const gp::Posterior> potential;  // null before it has learnt
-  LabelResidual residual;                          // of the last learnt frame
+  LabelResidual residual;  // of the last learnt frame
 };
 
 class OnlineSegmenter {
@@ -135,8 +131,6 @@ class OnlineSegmenter {
 
   // Residual of the frame's labels against the process right after learning them.
   absl::Status TakeResidual(const LabelledFrame& labels, kernels::ConstMatrixView<float> places);
-  absl::Status InferPotential(const MapPosterior& posterior, kernels::ConstMatrixView<float> field,
-                              SegmentationMap& map) const;
 
   // The frame for the descriptors: equalised if requested.
   Frame Equalized(const Frame& frame) const;
@@ -146,7 +140,6 @@ class OnlineSegmenter {
   std::unique_ptr<FrameLabeller> labeller_;
   std::unique_ptr<OnlineLearner> learner_;
   LocationPrior location_prior_;
-  PotentialModel potential_;
   LabelResidual residual_;
   std::shared_ptr<const gp::Posterior> process_;   // of the present learner; null: to be made
   std::shared_ptr<const MapPosterior> posterior_;  // of the present model; null: to be made

@@ -16,7 +16,6 @@ struct SegmentationMap {
   std::vector<float> probability;  // of belonging to a mover
   std::vector<float> mean;         // of f, with labels -1 (static) and 1 (dynamic)
   std::vector<float> deviation;    // standard deviation of f
-  std::vector<float> potential;    // of potential_model.h; empty if not requested
   int64_t clamped_variances = 0;
 };
 

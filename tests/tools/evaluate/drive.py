@@ -122,9 +122,6 @@ def write_run(root):
         deviation = np.round(65535 * (0.1 + 0.3 * p * noise(k, 3, near.shape))).astype(np.uint16)
         write_png(run / f"grid/{k:06d}.prob.png", full[np.ix_(y, x)])
         write_png(run / f"grid/{k:06d}.std.png", deviation[np.ix_(y, x)])
-        write_png(run / f"potential/{k:06d}.png", np.where(
-            np.isin(ids_of(k), (1, 3)), 30000, 20000).astype(np.uint16)[np.ix_(y, x)] +
-            np.round(20000 * noise(k, 4, (len(y), len(x)))).astype(np.uint16))
         if k == 0:
             continue
         write_png(run / f"full/{k:06d}.prob.png", full)
@@ -138,7 +135,7 @@ def write_run(root):
     (run / "frames.jsonl").write_text("".join(json.dumps(line(k)) + "\n" for k in range(FRAMES)))
     description = {
         "format": "egosieve run", "format_version": 2, "version": "0", "device": "none", "seed": 1,
-        "flags": {"potential": "yes", "from": "0", "stride": str(STRIDE)},
+        "flags": {"from": "0", "stride": str(STRIDE)},
         "input": {"path": str(root / "frames"), "kind": "folder", "fingerprint": f"0-{FRAMES}",
                   "width_pixels": WIDTH, "height_pixels": HEIGHT},
         "maps": {"stride_pixels": STRIDE, "columns": len(x), "rows": len(y),

@@ -56,7 +56,6 @@ TEST(SegmentOptions, ChangeTheirOwnValueAlone) {
       {"--seed=7", {{"seed", "7"}}},
       {"--stride=2", {{"stride", "2"}}},
       {"--budget=300", {{"budget", "300"}}},
-      {"--potential", {{"potential", "on"}}},
       {"--ahead=0", {{"ahead", "0"}}},
       {"--no_own_vehicle", {{"own_vehicle", "off"}}},
       {"--no_first_pass", {{"first_pass", "off"}}},
