@@ -5,24 +5,14 @@
 
 #include "kernels/base/kept_memory.h"
 #include "kernels/runtime/pocl_cache.h"
-#include "tools/batch/batch_command.h"
 #include "tools/build_description/build_description.h"
+#include "tools/cli/command.h"
 #include "tools/cli/command_line.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/standard_streams.h"
 #include "tools/cli/threads_flag.h"
 #include "tools/cli/version.h"
-#include "tools/devices/devices_command.h"
-#include "tools/masks/masks_command.h"
-#include "tools/merge/merge_command.h"
-#include "tools/refine/refine_command.h"
-#include "tools/render/render_command.h"
-#include "tools/report/report_command.h"
-#include "tools/run/run_command.h"
-#include "tools/segment/segment_command.h"
-#include "tools/synthesize/synthesize_command.h"
-#include "tools/tune/tune_command.h"
 
 namespace egosieve::tools {
 namespace {

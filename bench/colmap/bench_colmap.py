@@ -73,7 +73,7 @@ class Drive:
         return json.loads(done.stdout.strip().splitlines()[-1])
 
     def prepare(self):
-        """Frames, truth and masks; returns what our masks cover."""
+        """Frames, truth and masks."""
         if not (self.drive / "scene.json").exists():
             say(f"{self.name}: synthesising")
             egosieve("synthesize", f"--scenario={self._scenario}", f"--seed={self._seed}",
@@ -83,7 +83,7 @@ class Drive:
         if not done.exists():
             say(f"{self.name}: masking")
             egosieve("masks", self.drive / "frames", "--for=colmap", f"--dilate={DILATION_PIXELS}",
-                     f"--out={self.root / 'ours'}", f"--truth={self.drive / 'masks'}", "--overwrite")  # fmt: skip
+                     f"--out={self.root / 'ours'}", "--overwrite")  # fmt: skip
             self._work("true_masks", self.drive, self.root / "true", DILATION_PIXELS)
             done.touch()
 

@@ -81,7 +81,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--laps", type=int, default=3)
     parser.add_argument("--out", type=Path, default=Path("out/rounds"))
-    parser.add_argument("--program", type=Path, default=Path(__file__).resolve().parents[2] / ".build" / "egosieve")
+    parser.add_argument("--program", type=Path, default=Path(__file__).resolve().parents[2] / "bazel-bin" / "tools" / "egosieve")
     parser.add_argument("flags", nargs="*", help="of segment, after --")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)

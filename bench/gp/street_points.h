@@ -1,7 +1,6 @@
 // Points like those of a street frame, seeded: six inputs in [-1, 1], objects as clusters in
 // position and colour; one object in ten has high labels.
-#ifndef EGOSIEVE_BENCH_GP_STREET_POINTS_H_
-#define EGOSIEVE_BENCH_GP_STREET_POINTS_H_
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -59,5 +58,3 @@ inline std::shared_ptr<kernels::Context> BenchContext() {
 }
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_BENCH_GP_STREET_POINTS_H_

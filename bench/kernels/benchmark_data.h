@@ -1,6 +1,5 @@
 // Seeded models, images and queries like those of the segmenter.
-#ifndef EGOSIEVE_BENCH_KERNELS_BENCHMARK_DATA_H_
-#define EGOSIEVE_BENCH_KERNELS_BENCHMARK_DATA_H_
+#pragma once
 
 #include <benchmark/benchmark.h>
 
@@ -49,5 +48,3 @@ inline void TakeBothClocks(benchmark::internal::Benchmark* bench) {
 std::vector<float> ImageQueries(int stride);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_BENCH_KERNELS_BENCHMARK_DATA_H_

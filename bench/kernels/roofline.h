@@ -1,6 +1,5 @@
 // Peak speeds of the machine, measured in the same run as the figures that are compared with them.
-#ifndef EGOSIEVE_BENCH_KERNELS_ROOFLINE_H_
-#define EGOSIEVE_BENCH_KERNELS_ROOFLINE_H_
+#pragma once
 
 #include <chrono>
 #include <cstdint>
@@ -36,5 +35,3 @@ class LoopTimer {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_BENCH_KERNELS_ROOFLINE_H_

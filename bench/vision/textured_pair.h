@@ -1,7 +1,6 @@
 // Two pictures of one textured wall from slightly different places, 1242 x 375: corners and blobs
 // of many sizes, enough for 7000 features.
-#ifndef EGOSIEVE_BENCH_VISION_TEXTURED_PAIR_H_
-#define EGOSIEVE_BENCH_VISION_TEXTURED_PAIR_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -16,5 +15,3 @@ struct TexturedPair {
 const TexturedPair& BenchmarkPair();
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_BENCH_VISION_TEXTURED_PAIR_H_

@@ -9,8 +9,7 @@
 // in a unique neighborhood"). K contains the noise, so s_i^2 is the variance of y_i; that of f_i is
 // s_i^2 - sigma_n^2 - v_i. The diagonal of K^-1 costs n^3 / 3 flops for all points, and about m n^2
 // for m of them.
-#ifndef EGOSIEVE_GP_CALIBRATION_LEAVE_ONE_OUT_H_
-#define EGOSIEVE_GP_CALIBRATION_LEAVE_ONE_OUT_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -50,5 +49,3 @@ std::vector<int64_t> StratifiedSample(absl::Span<const double> targets, int64_t 
                                       double minimum_class_share, uint64_t seed);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_CALIBRATION_LEAVE_ONE_OUT_H_

@@ -16,8 +16,7 @@
 //
 // l is unbounded in a on separable data, so a is kept in [0.3, 10] and b in [-b_max, b_max]. s^2 is
 // the variance of f, both in the fit and in the prediction.
-#ifndef EGOSIEVE_GP_CALIBRATION_PROBABILISTIC_LEAST_SQUARES_H_
-#define EGOSIEVE_GP_CALIBRATION_PROBABILISTIC_LEAST_SQUARES_H_
+#pragma once
 
 #include <cstdint>
 
@@ -75,5 +74,3 @@ absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
                                     const SquashFitOptions& options = {}, double class_share = 0.0);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_CALIBRATION_PROBABILISTIC_LEAST_SQUARES_H_

@@ -6,8 +6,7 @@
 // weights w_0, ..., w_D, P = D + 1; for the squared exponential the length-scales l_1, ..., l_D, P
 // = D. All are positive, so the logarithms are unconstrained. Bounds limit those that the data do
 // not determine (the weight of an irrelevant input tends to zero).
-#ifndef EGOSIEVE_GP_COVARIANCE_HYPERPARAMETERS_H_
-#define EGOSIEVE_GP_COVARIANCE_HYPERPARAMETERS_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -73,5 +72,3 @@ Hyperparameters RandomHyperparameters(kernels::CovarianceFunction function, int6
                                       const HyperparameterBounds& bounds, uint64_t seed);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_COVARIANCE_HYPERPARAMETERS_H_

@@ -9,8 +9,7 @@
 // b has no prior (Rasmussen & Williams (2006), 2.7, the limit of a vague prior): it is estimated by
 // generalised least squares, and predictions include its uncertainty. In geostatistics this is
 // simple, ordinary and universal kriging.
-#ifndef EGOSIEVE_GP_COVARIANCE_MEAN_FUNCTION_H_
-#define EGOSIEVE_GP_COVARIANCE_MEAN_FUNCTION_H_
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -33,5 +32,3 @@ void EvaluateBasis(MeanFunction mean, int64_t dimension, const Input* x, double*
 }
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_COVARIANCE_MEAN_FUNCTION_H_

@@ -1,6 +1,5 @@
 // The prior variance of f, k(x, x), in float64.
-#ifndef EGOSIEVE_GP_COVARIANCE_PRIOR_VARIANCE_H_
-#define EGOSIEVE_GP_COVARIANCE_PRIOR_VARIANCE_H_
+#pragma once
 
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
@@ -15,5 +14,3 @@ double LargestPriorVariance(const kernels::CovarianceParameters& covariance,
                             kernels::ConstMatrixView<double> x);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_COVARIANCE_PRIOR_VARIANCE_H_

@@ -7,8 +7,7 @@
 // on the contents and on the version of libzip alone (no times, no names of computers).
 //
 // Reference: numpy.lib.format, version 1.0. The archive is libzip's.
-#ifndef EGOSIEVE_GP_IO_ARRAY_FILE_H_
-#define EGOSIEVE_GP_IO_ARRAY_FILE_H_
+#pragma once
 
 #include <cstdint>
 #include <map>
@@ -47,5 +46,3 @@ absl::StatusOr<std::string> SerializeArrays(const ArrayMap& arrays);
 absl::StatusOr<ArrayMap> ParseArrays(std::string_view bytes);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_IO_ARRAY_FILE_H_

@@ -26,8 +26,7 @@
 // The factor is not stored: its n^2 numbers follow from the rest. If a run calls
 // ExactModel::Refactorize when it writes, it continues with the same bits as a run that starts from
 // the file.
-#ifndef EGOSIEVE_GP_IO_MODEL_FILE_H_
-#define EGOSIEVE_GP_IO_MODEL_FILE_H_
+#pragma once
 
 #include <cstdint>
 #include <optional>
@@ -72,5 +71,3 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file);
 absl::StatusOr<ModelFile> ParseModel(std::string_view bytes);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_IO_MODEL_FILE_H_

@@ -1,8 +1,7 @@
 // Owned row-major float64 storage, aligned to 64 bytes, with rows padded to whole cache lines.
 // Contents are not initialised. Large matrices request huge pages, since a tile touches many rows,
 // each on different pages.
-#ifndef EGOSIEVE_GP_LINALG_ALIGNED_MATRIX_H_
-#define EGOSIEVE_GP_LINALG_ALIGNED_MATRIX_H_
+#pragma once
 
 #include <sys/mman.h>
 
@@ -84,5 +83,3 @@ class AlignedMatrix {
 };
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_LINALG_ALIGNED_MATRIX_H_

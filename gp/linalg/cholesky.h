@@ -14,8 +14,7 @@
 //
 // The first is left-looking: panel p of columns is  A_p - L_<p L_p,<p^T, then L_pp and the rows
 // below it (Golub & Van Loan, 4th ed., 4.2.5-4.2.7).
-#ifndef EGOSIEVE_GP_LINALG_CHOLESKY_H_
-#define EGOSIEVE_GP_LINALG_CHOLESKY_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -70,5 +69,3 @@ inline double Square(const double* a, int64_t n) { return Dot(a, a, n); }
 void MirrorLower(kernels::MatrixView<double> c);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_LINALG_CHOLESKY_H_

@@ -24,8 +24,7 @@
 //
 // References: Rasmussen & Williams (2006), A.4; Golub & Van Loan, 4th ed., 5.2.3, 6.5; Schreiber &
 // Van Loan (1989), "A storage-efficient WY representation".
-#ifndef EGOSIEVE_GP_LINALG_INCREMENTAL_CHOLESKY_H_
-#define EGOSIEVE_GP_LINALG_INCREMENTAL_CHOLESKY_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -132,5 +131,3 @@ class IncrementalCholesky {
 };
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_LINALG_INCREMENTAL_CHOLESKY_H_

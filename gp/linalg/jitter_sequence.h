@@ -1,7 +1,6 @@
 // Jitter for a diagonal whose factorisation refuses a pivot: 1e-10 of the matrix's unit (a prior
 // variance), then ten times more at each step up to 1e-4 of it.
-#ifndef EGOSIEVE_GP_LINALG_JITTER_SEQUENCE_H_
-#define EGOSIEVE_GP_LINALG_JITTER_SEQUENCE_H_
+#pragma once
 
 #include <algorithm>
 #include <optional>
@@ -18,5 +17,3 @@ inline std::optional<double> NextJitter(double jitter, double unit) {
 }
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_LINALG_JITTER_SEQUENCE_H_

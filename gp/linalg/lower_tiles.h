@@ -1,7 +1,6 @@
 // Visits the tiles of a symmetric matrix's lower triangle, including the diagonal tiles, in
 // parallel.
-#ifndef EGOSIEVE_GP_LINALG_LOWER_TILES_H_
-#define EGOSIEVE_GP_LINALG_LOWER_TILES_H_
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -24,5 +23,3 @@ void ForEachLowerTile(int64_t n, int64_t side, double flops, const Work& work) {
 }
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_LINALG_LOWER_TILES_H_

@@ -5,8 +5,7 @@
 // in registers (Goto & van de Geijn, Anatomy of high-performance matrix multiplication, 2008). Every
 // element of C gets the sums over blocks of values of k, in order: its bits do not depend on the rows
 // and columns that are computed with it.
-#ifndef EGOSIEVE_GP_LINALG_MATRIX_PRODUCT_H_
-#define EGOSIEVE_GP_LINALG_MATRIX_PRODUCT_H_
+#pragma once
 
 #include <cstdint>
 
@@ -30,5 +29,3 @@ void AddProduct(double sign, ProductOperand a, ProductOperand b, int64_t depth,
                 kernels::MatrixView<double> c);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_LINALG_MATRIX_PRODUCT_H_

@@ -15,8 +15,7 @@
 // Cost: M^3 / 3 flops for C and M^2 k S for the samples.
 //
 // References: Rasmussen & Williams (2006), A.2; Box & Muller (1958); Steele, Lea & Flood (2014).
-#ifndef EGOSIEVE_GP_LINALG_NORMAL_SAMPLES_H_
-#define EGOSIEVE_GP_LINALG_NORMAL_SAMPLES_H_
+#pragma once
 
 #include <cstdint>
 
@@ -41,5 +40,3 @@ absl::StatusOr<NormalSamples> SampleNormal(kernels::ConstMatrixView<double> mean
                                            uint64_t seed);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_LINALG_NORMAL_SAMPLES_H_

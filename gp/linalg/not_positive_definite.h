@@ -1,8 +1,7 @@
 // The status of a matrix that is not positive definite to working precision. It is a
 // FailedPrecondition that can be distinguished from others, such as a device that a forked process
 // cannot use. Jitter and other hyperparameters help against this one alone.
-#ifndef EGOSIEVE_GP_LINALG_NOT_POSITIVE_DEFINITE_H_
-#define EGOSIEVE_GP_LINALG_NOT_POSITIVE_DEFINITE_H_
+#pragma once
 
 #include "absl/status/status.h"
 #include "absl/strings/cord.h"
@@ -23,5 +22,3 @@ inline bool IsNotPositiveDefinite(const absl::Status& status) {
 }
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_LINALG_NOT_POSITIVE_DEFINITE_H_

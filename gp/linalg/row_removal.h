@@ -15,8 +15,7 @@
 // Rows are processed in blocks. Each block applies all panels to its left once (left-looking): L is
 // read and written once. Blocks are tasks that wait for the panels they need. All memory is
 // allocated before the first row is moved.
-#ifndef EGOSIEVE_GP_LINALG_ROW_REMOVAL_H_
-#define EGOSIEVE_GP_LINALG_ROW_REMOVAL_H_
+#pragma once
 
 #include <cstdint>
 
@@ -32,5 +31,3 @@ namespace egosieve::gp {
 void RemoveRows(kernels::MatrixView<double> l, absl::Span<const int64_t> rows);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_LINALG_ROW_REMOVAL_H_

@@ -4,8 +4,7 @@
 // Triangular solves and the factorisation halve the matrix recursively, so that nearly all of the
 // work is matrix multiplication. The smallest blocks are solved by substitution, never by explicit
 // inverses, so that the backward error is that of substitution.
-#ifndef EGOSIEVE_GP_LINALG_TILE_OPERATIONS_H_
-#define EGOSIEVE_GP_LINALG_TILE_OPERATIONS_H_
+#pragma once
 
 #include <cstdint>
 
@@ -41,5 +40,3 @@ void SolveRightTransposed(ConstView l, View x);  // X := X L^-T
 int64_t Factorize(View a, const double* floors);
 
 }  // namespace egosieve::gp::tile
-
-#endif  // EGOSIEVE_GP_LINALG_TILE_OPERATIONS_H_

@@ -36,8 +36,7 @@
 //
 // Cost: (AP3), (AP4) are measured once per posterior, at the first call that needs it: S n^2 flops
 // and a call of S queries. On several devices they are those of the first.
-#ifndef EGOSIEVE_GP_MODEL_ADAPTIVE_POSTERIOR_H_
-#define EGOSIEVE_GP_MODEL_ADAPTIVE_POSTERIOR_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -100,5 +99,3 @@ class AdaptivePosterior {
 };
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_MODEL_ADAPTIVE_POSTERIOR_H_

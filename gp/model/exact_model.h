@@ -35,8 +35,7 @@
 //
 // References: Rasmussen & Williams (2006), 2.2, 2.7, 5.4.2. Not thread-safe; the posteriors of
 // MakePosterior are.
-#ifndef EGOSIEVE_GP_MODEL_EXACT_MODEL_H_
-#define EGOSIEVE_GP_MODEL_EXACT_MODEL_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -192,5 +191,3 @@ class ExactModel {
 };
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_MODEL_EXACT_MODEL_H_

@@ -15,8 +15,7 @@
 // multiply-adds for the mean, n^2 / 2 more for the variance; memory: inputs and
 // weights, and tiles of 768 n values during a call. A query's result does not depend on other
 // queries or threads. Immutable: any number of threads may evaluate.
-#ifndef EGOSIEVE_GP_MODEL_FLOAT64_POSTERIOR_H_
-#define EGOSIEVE_GP_MODEL_FLOAT64_POSTERIOR_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -112,5 +111,3 @@ class Float64Posterior {
 };
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_MODEL_FLOAT64_POSTERIOR_H_

@@ -7,8 +7,7 @@
 //
 // Reference: Fine & Scheinberg (2001), "Efficient SVM training using low-rank kernel
 // representations".
-#ifndef EGOSIEVE_GP_MODEL_INDUCING_POINTS_H_
-#define EGOSIEVE_GP_MODEL_INDUCING_POINTS_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -27,5 +26,3 @@ absl::StatusOr<std::vector<double>> ChooseInducingInputs(
     kernels::ConstMatrixView<double> x, int64_t count);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_MODEL_INDUCING_POINTS_H_

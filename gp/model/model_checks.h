@@ -1,6 +1,5 @@
 // Checks that all models share, of context, hyperparameters and labelled points.
-#ifndef EGOSIEVE_GP_MODEL_MODEL_CHECKS_H_
-#define EGOSIEVE_GP_MODEL_MODEL_CHECKS_H_
+#pragma once
 
 #include <cstdint>
 
@@ -30,5 +29,3 @@ absl::Status ReplaceTargets(kernels::ConstMatrixView<double> targets, int64_t di
                             PointSet& points);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_MODEL_MODEL_CHECKS_H_

@@ -1,7 +1,6 @@
 // The points of a model: inputs, targets of one or several outputs, the noise of each point,
 // identities and insertion times, in order of insertion. Removal closes the gaps.
-#ifndef EGOSIEVE_GP_MODEL_POINT_SET_H_
-#define EGOSIEVE_GP_MODEL_POINT_SET_H_
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -103,5 +102,3 @@ void EraseRows(int64_t width, absl::Span<const int64_t> rows, std::vector<T>& va
 }
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_MODEL_POINT_SET_H_

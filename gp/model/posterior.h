@@ -11,8 +11,7 @@
 //
 // On several devices, queries are divided among them (kernels/ops/shared_posterior.h). The float64
 // pass is that of the first.
-#ifndef EGOSIEVE_GP_MODEL_POSTERIOR_H_
-#define EGOSIEVE_GP_MODEL_POSTERIOR_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -103,5 +102,3 @@ class Posterior {
 };
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_MODEL_POSTERIOR_H_

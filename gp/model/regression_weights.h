@@ -13,8 +13,7 @@
 //
 // Cost: 2 (k + q) n^2 flops, twice the first for q > 0. Reference: Rasmussen & Williams (2006), 2.7
 // (eqs. 2.41, 2.42, 2.45 in the limit of B^-1 and b to 0).
-#ifndef EGOSIEVE_GP_MODEL_REGRESSION_WEIGHTS_H_
-#define EGOSIEVE_GP_MODEL_REGRESSION_WEIGHTS_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -82,5 +81,3 @@ void WeightedSums(const double* k, const std::vector<double>& weights, int64_t p
                   int64_t columns, double* out);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_MODEL_REGRESSION_WEIGHTS_H_

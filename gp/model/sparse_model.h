@@ -25,8 +25,7 @@
 // other mean functions Unimplemented.
 //
 // Not thread-safe; the posteriors of MakePosterior are.
-#ifndef EGOSIEVE_GP_MODEL_SPARSE_MODEL_H_
-#define EGOSIEVE_GP_MODEL_SPARSE_MODEL_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -151,5 +150,3 @@ class SparseModel {
 };
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_MODEL_SPARSE_MODEL_H_

@@ -11,8 +11,7 @@
 //
 // Reference: Quinonero-Candela & Rasmussen (2005), "A unifying view of sparse approximate Gaussian
 // process regression".
-#ifndef EGOSIEVE_GP_MODEL_SPARSE_SOLUTION_H_
-#define EGOSIEVE_GP_MODEL_SPARSE_SOLUTION_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -95,5 +94,3 @@ void SolveSum(const AlignedMatrix& sum_factor, std::vector<double>& c);
 AlignedMatrix CopyOfSum(const AlignedMatrix& sum);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_MODEL_SPARSE_SOLUTION_H_

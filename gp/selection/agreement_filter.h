@@ -6,8 +6,7 @@
 // p_i is the point's label and q_i the model's prediction: a probability, or (mean + 1) / 2.
 // Novelty keeps new points that the model classifies wrongly (all of them for an empty model: the
 // caller then has no q). Consistency keeps the model's points that it classifies correctly.
-#ifndef EGOSIEVE_GP_SELECTION_AGREEMENT_FILTER_H_
-#define EGOSIEVE_GP_SELECTION_AGREEMENT_FILTER_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -34,5 +33,3 @@ absl::StatusOr<std::vector<int64_t>> FilterByConsistency(absl::Span<const double
                                                          const AgreementOptions& options = {});
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_SELECTION_AGREEMENT_FILTER_H_

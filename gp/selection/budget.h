@@ -9,8 +9,7 @@
 //
 // so that ten points of one class for each of the other do not displace the other. `rank` breaks
 // ties of age: the smaller is dropped first.
-#ifndef EGOSIEVE_GP_SELECTION_BUDGET_H_
-#define EGOSIEVE_GP_SELECTION_BUDGET_H_
+#pragma once
 
 #include <cstdint>
 #include <limits>
@@ -46,5 +45,3 @@ absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
                                              absl::Span<const double> rank = {});
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_SELECTION_BUDGET_H_

@@ -7,8 +7,7 @@
 // stays (for a model, for example, the newest). Every dropped point has a kept point of its side
 // within r; kept points of one side are at least r apart. Neighbours come from a k-d tree: about n
 // log n for moderate r.
-#ifndef EGOSIEVE_GP_SELECTION_DENSITY_FILTER_H_
-#define EGOSIEVE_GP_SELECTION_DENSITY_FILTER_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -36,5 +35,3 @@ absl::StatusOr<std::vector<int64_t>> FilterByDensity(kernels::ConstMatrixView<fl
                                                      absl::Span<const int64_t> order = {});
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_SELECTION_DENSITY_FILTER_H_

@@ -1,6 +1,5 @@
 // Common parts of the filters that compare places: a k-d tree's view of rows, and checks.
-#ifndef EGOSIEVE_GP_SELECTION_LABELLED_POINTS_H_
-#define EGOSIEVE_GP_SELECTION_LABELLED_POINTS_H_
+#pragma once
 
 #include <cmath>
 #include <cstdint>
@@ -59,5 +58,3 @@ absl::Status CheckLabelledPoints(kernels::ConstMatrixView<T> inputs,
 }
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_SELECTION_LABELLED_POINTS_H_

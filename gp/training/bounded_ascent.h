@@ -12,8 +12,7 @@
 //
 // References: Nocedal & Wright (2006), algorithms 7.4 and 3.1; Bertsekas (1982), projected Newton
 // methods.
-#ifndef EGOSIEVE_GP_TRAINING_BOUNDED_ASCENT_H_
-#define EGOSIEVE_GP_TRAINING_BOUNDED_ASCENT_H_
+#pragma once
 
 #include <functional>
 #include <limits>
@@ -49,5 +48,3 @@ absl::StatusOr<AscentResult> Ascend(const ValueAndGradient& f, std::vector<doubl
                                     const AscentOptions& options = {});
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_TRAINING_BOUNDED_ASCENT_H_

@@ -7,8 +7,7 @@
 //   theta_t := clamp(theta_t + sign(g_t) s_t)
 //
 // Reference: Igel & Huesken (2000), "Improving the Rprop learning algorithm".
-#ifndef EGOSIEVE_GP_TRAINING_GRADIENT_ASCENT_H_
-#define EGOSIEVE_GP_TRAINING_GRADIENT_ASCENT_H_
+#pragma once
 
 #include <vector>
 
@@ -33,5 +32,3 @@ void RpropStep(absl::Span<const double> gradient, const HyperparameterBounds& bo
                const RpropOptions& options, RpropState& state, std::vector<double>& theta);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_TRAINING_GRADIENT_ASCENT_H_

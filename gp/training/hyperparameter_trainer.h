@@ -17,8 +17,7 @@
 //
 // All random choices depend on the seed and the number of rounds. The state is a small
 // plain struct, and a trainer restored from it continues with the same bits.
-#ifndef EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_
-#define EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_
+#pragma once
 
 #include <cstdint>
 #include <optional>
@@ -121,5 +120,3 @@ class HyperparameterTrainer {
 };
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_

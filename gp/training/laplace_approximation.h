@@ -15,8 +15,7 @@
 //
 // Cost: n^3 / 3 flops for each Newton step, of which 5 to 10 are needed, and 2 n^3 / 3 for the
 // gradient. Memory: three n x n arrays of float64.
-#ifndef EGOSIEVE_GP_TRAINING_LAPLACE_APPROXIMATION_H_
-#define EGOSIEVE_GP_TRAINING_LAPLACE_APPROXIMATION_H_
+#pragma once
 
 #include <vector>
 
@@ -48,5 +47,3 @@ absl::StatusOr<LaplaceApproximation> ApproximateByLaplace(
     const LabelledInputs& data, LikelihoodOrder order);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_TRAINING_LAPLACE_APPROXIMATION_H_

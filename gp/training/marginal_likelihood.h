@@ -12,8 +12,7 @@
 // Cost: n^3 / 3 flops for the value, n^3 with the gradient, plus one pass over the pairs for all of
 // theta. Memory: two n x n arrays of float64, in the device's memory if it has its own and the mean
 // is zero (kernels/ops/exact_regression.h).
-#ifndef EGOSIEVE_GP_TRAINING_MARGINAL_LIKELIHOOD_H_
-#define EGOSIEVE_GP_TRAINING_MARGINAL_LIKELIHOOD_H_
+#pragma once
 
 #include <vector>
 
@@ -43,5 +42,3 @@ absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(
     LikelihoodOrder order, LikelihoodPlace place = LikelihoodPlace::kAutomatic);
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_TRAINING_MARGINAL_LIKELIHOOD_H_

@@ -6,8 +6,7 @@
 // T_k falls geometrically from the first temperature to the last; s_k is proportional to its square
 // root and begins with `initial_step`. Each move changes a random half of the coordinates (at least
 // one). Reference: Kirkpatrick, Gelatt & Vecchi (1983), "Optimization by simulated annealing".
-#ifndef EGOSIEVE_GP_TRAINING_SIMULATED_ANNEALING_H_
-#define EGOSIEVE_GP_TRAINING_SIMULATED_ANNEALING_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -43,5 +42,3 @@ absl::StatusOr<AnnealingResult> Anneal(
     const AnnealingOptions& options = {});
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_TRAINING_SIMULATED_ANNEALING_H_

@@ -28,8 +28,7 @@
 //
 // References: Titsias (2009), "Variational learning of inducing variables in sparse Gaussian
 // processes", eq. 9; Snelson & Ghahramani (2006); Bauer, van der Wilk & Rasmussen (2016).
-#ifndef EGOSIEVE_GP_TRAINING_SPARSE_LIKELIHOOD_H_
-#define EGOSIEVE_GP_TRAINING_SPARSE_LIKELIHOOD_H_
+#pragma once
 
 #include "absl/status/statusor.h"
 #include "gp/covariance/hyperparameters.h"
@@ -58,5 +57,3 @@ absl::StatusOr<MarginalLikelihood> ComputeSparseLikelihood(
     const SparseLikelihoodOptions& options = {});
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_GP_TRAINING_SPARSE_LIKELIHOOD_H_

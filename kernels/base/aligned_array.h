@@ -1,6 +1,5 @@
 // A fixed number of values in memory aligned to cache lines, not initialised.
-#ifndef EGOSIEVE_KERNELS_BASE_ALIGNED_ARRAY_H_
-#define EGOSIEVE_KERNELS_BASE_ALIGNED_ARRAY_H_
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -39,5 +38,3 @@ class AlignedArray {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_ALIGNED_ARRAY_H_

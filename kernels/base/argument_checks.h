@@ -1,7 +1,6 @@
 // Argument checks that the public operations share, and checks of options. Every error names
 // argument and value.
-#ifndef EGOSIEVE_KERNELS_BASE_ARGUMENT_CHECKS_H_
-#define EGOSIEVE_KERNELS_BASE_ARGUMENT_CHECKS_H_
+#pragma once
 
 #include <cmath>
 #include <initializer_list>
@@ -43,5 +42,3 @@ inline bool IsPositive(double value) { return value > 0 && std::isfinite(value);
 inline bool IsNotNegative(double value) { return value >= 0 && std::isfinite(value); }
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_ARGUMENT_CHECKS_H_

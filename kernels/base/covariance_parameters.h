@@ -4,8 +4,7 @@
 //
 // f is any of kernels/covariance/covariance_function.h. Gradients are with respect to the
 // logarithms: (log scales..., log sigma_f), in that order.
-#ifndef EGOSIEVE_KERNELS_BASE_COVARIANCE_PARAMETERS_H_
-#define EGOSIEVE_KERNELS_BASE_COVARIANCE_PARAMETERS_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -33,5 +32,3 @@ struct CovarianceParameters {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_COVARIANCE_PARAMETERS_H_

@@ -6,8 +6,7 @@
 //   std::system_error, and
 //   any exception for a thread not started    Unavailable: a thread or another system resource
 //   any other                                 Internal, with its text
-#ifndef EGOSIEVE_KERNELS_BASE_EXCEPTION_STATUS_H_
-#define EGOSIEVE_KERNELS_BASE_EXCEPTION_STATUS_H_
+#pragma once
 
 #include <utility>
 
@@ -33,5 +32,3 @@ auto CatchExceptions(Body&& body) -> decltype(std::forward<Body>(body)()) {
 }
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_EXCEPTION_STATUS_H_

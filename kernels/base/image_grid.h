@@ -11,8 +11,7 @@
 // spans [-1, 1] and the aspect ratio is kept:
 //
 //   u = (2 x - (width - 1)) / (max(width, height) - 1),   v = (2 y - (height - 1)) / (...)
-#ifndef EGOSIEVE_KERNELS_BASE_IMAGE_GRID_H_
-#define EGOSIEVE_KERNELS_BASE_IMAGE_GRID_H_
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -47,5 +46,3 @@ struct PixelNormalization {
 PixelNormalization NormalizationForImage(int width, int height);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_IMAGE_GRID_H_

@@ -1,6 +1,5 @@
 // Non-owning view of an image of 8-bit pixels with 1 or 3 interleaved channels.
-#ifndef EGOSIEVE_KERNELS_BASE_IMAGE_VIEW_H_
-#define EGOSIEVE_KERNELS_BASE_IMAGE_VIEW_H_
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -16,5 +15,3 @@ struct ImageView {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_IMAGE_VIEW_H_

@@ -1,6 +1,5 @@
 // Reuse of memory that a program has freed.
-#ifndef EGOSIEVE_KERNELS_BASE_KEPT_MEMORY_H_
-#define EGOSIEVE_KERNELS_BASE_KEPT_MEMORY_H_
+#pragma once
 
 namespace egosieve::kernels {
 
@@ -11,5 +10,3 @@ namespace egosieve::kernels {
 void KeepFreedMemory();
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_KEPT_MEMORY_H_

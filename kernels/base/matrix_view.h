@@ -1,7 +1,6 @@
 // Non-owning view of a row-major matrix: element (i, j) is data[i * stride + j], stride >= cols. A
 // set of N points in D dimensions is an N x D view, one point per row.
-#ifndef EGOSIEVE_KERNELS_BASE_MATRIX_VIEW_H_
-#define EGOSIEVE_KERNELS_BASE_MATRIX_VIEW_H_
+#pragma once
 
 #include <cstdint>
 #include <type_traits>
@@ -36,5 +35,3 @@ template <typename T>
 using ConstMatrixView = MatrixView<const T>;
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_MATRIX_VIEW_H_

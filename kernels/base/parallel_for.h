@@ -4,8 +4,7 @@
 // Every task does the same arithmetic on any thread and writes only its own results, so that
 // results do not depend on the number of threads. Threads are started when a call finds no idle
 // one, and kept until the process ends. A forked child starts its own threads. Calls may be nested.
-#ifndef EGOSIEVE_KERNELS_BASE_PARALLEL_FOR_H_
-#define EGOSIEVE_KERNELS_BASE_PARALLEL_FOR_H_
+#pragma once
 
 #include <cstdint>
 #include <limits>
@@ -40,5 +39,3 @@ void SetMaximumThreads(int threads);
 int MaximumThreads();
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_PARALLEL_FOR_H_

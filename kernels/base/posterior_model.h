@@ -1,6 +1,5 @@
 // The data of a Gaussian process posterior; the formulas are in kernels/ops/dense_posterior.h.
-#ifndef EGOSIEVE_KERNELS_BASE_POSTERIOR_MODEL_H_
-#define EGOSIEVE_KERNELS_BASE_POSTERIOR_MODEL_H_
+#pragma once
 
 #include "absl/status/status.h"
 #include "kernels/base/covariance_parameters.h"
@@ -30,5 +29,3 @@ struct PosteriorModel {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_POSTERIOR_MODEL_H_

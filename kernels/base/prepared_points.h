@@ -4,8 +4,7 @@
 // Functions of differences subtract a centre c before they scale, so that in float32 the rounding
 // is relative to |x - c|. c_d is the middle of the inputs' range if zero lies outside of the range.
 // Otherwise it is zero: centring would gain less than a factor of two.
-#ifndef EGOSIEVE_KERNELS_BASE_PREPARED_POINTS_H_
-#define EGOSIEVE_KERNELS_BASE_PREPARED_POINTS_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -61,5 +60,3 @@ void PreparePoint(const CovarianceParameters& parameters, const Input* x, Real* 
 }
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_PREPARED_POINTS_H_

@@ -4,8 +4,7 @@
 //   quota      processor time per second that control groups allow, rounded up: the least along the
 //              path from its group to the root, by cpu.max (version 2) or cpu.cfs_quota_us over
 //              cpu.cfs_period_us (version 1)
-#ifndef EGOSIEVE_KERNELS_BASE_PROCESSORS_H_
-#define EGOSIEVE_KERNELS_BASE_PROCESSORS_H_
+#pragma once
 
 #include <string>
 
@@ -19,5 +18,3 @@ int AvailableProcessors();
 double ProcessorQuota(const std::string& membership, const std::string& root);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_PROCESSORS_H_

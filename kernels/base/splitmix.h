@@ -1,7 +1,6 @@
 // The finaliser of splitmix64 (Steele, Lea & Flood 2014): numbers that differ in one bit become
 // unrelated 64-bit numbers. Seeds made with it need no generator state.
-#ifndef EGOSIEVE_KERNELS_BASE_SPLITMIX_H_
-#define EGOSIEVE_KERNELS_BASE_SPLITMIX_H_
+#pragma once
 
 #include <cstdint>
 
@@ -17,5 +16,3 @@ inline uint64_t SplitMix(uint64_t z) {
 }
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_BASE_SPLITMIX_H_

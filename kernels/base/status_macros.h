@@ -1,6 +1,5 @@
 // Early return with a status: absl has no macros for it in Debian 12's version.
-#ifndef EGOSIEVE_KERNELS_BASE_STATUS_MACROS_H_
-#define EGOSIEVE_KERNELS_BASE_STATUS_MACROS_H_
+#pragma once
 
 #include <utility>
 
@@ -28,5 +27,3 @@
   target = *std::move(temporary)
 #define EGOSIEVE_JOIN_(a, b) EGOSIEVE_JOIN_AGAIN_(a, b)
 #define EGOSIEVE_JOIN_AGAIN_(a, b) a##b
-
-#endif  // EGOSIEVE_KERNELS_BASE_STATUS_MACROS_H_

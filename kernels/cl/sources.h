@@ -1,6 +1,5 @@
 // The OpenCL sources, embedded at build time.
-#ifndef EGOSIEVE_KERNELS_CL_SOURCES_H_
-#define EGOSIEVE_KERNELS_CL_SOURCES_H_
+#pragma once
 
 #include <string_view>
 
@@ -10,5 +9,3 @@ namespace egosieve::kernels::cl_sources {
 std::string_view Text(std::string_view file);
 
 }  // namespace egosieve::kernels::cl_sources
-
-#endif  // EGOSIEVE_KERNELS_CL_SOURCES_H_

@@ -1,6 +1,5 @@
 // The accuracy of the arcsine covariance in float32; the function itself needs no header.
-#ifndef EGOSIEVE_KERNELS_COVARIANCE_ARCSINE_H_
-#define EGOSIEVE_KERNELS_COVARIANCE_ARCSINE_H_
+#pragma once
 
 #include <cstdint>
 
@@ -20,5 +19,3 @@ namespace egosieve::kernels {
 double DifferenceThreshold(int64_t components);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_COVARIANCE_ARCSINE_H_

@@ -1,7 +1,6 @@
 // Covariance functions composed of others: sums, products, and functions in which all inputs share
 // a scale.
-#ifndef EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_COMPOSITION_H_
-#define EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_COMPOSITION_H_
+#pragma once
 
 #include <memory>
 #include <vector>
@@ -17,5 +16,3 @@ CovariancePart MakeComposition(std::vector<CovariancePart> parts, bool is_sum);
 CovariancePart MakeIsotropic(CovariancePart part);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_COMPOSITION_H_

@@ -5,8 +5,7 @@
 //                                         dv/dlog a_2 = 2 a_2 a_2' v_2
 //   product    p = (p_1, p_2, ...)        v = v_1 v_2 ...
 //   isotropic  p with equal scales within a group; a group's derivatives are summed
-#ifndef EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_EXPRESSION_H_
-#define EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_EXPRESSION_H_
+#pragma once
 
 #include <functional>
 #include <map>
@@ -30,5 +29,3 @@ absl::StatusOr<NamedDescription> ParseCovariance(
     const std::map<std::string, std::shared_ptr<const CovarianceDescription>, std::less<>>& names);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_EXPRESSION_H_

@@ -40,8 +40,7 @@
 //   p(x), with scales, x and centre in private memory, in float64:
 //     void prepare_point@(const double* scales, const double* x, const double* centre,
 //                         double* point)
-#ifndef EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_FUNCTION_H_
-#define EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_FUNCTION_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -157,5 +156,3 @@ class CovarianceRegistration {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_FUNCTION_H_

@@ -4,8 +4,7 @@
 //
 // In float32 a difference of points has an error of u (|p| + |p'|), u = 2^-24, in norm. So has f if
 // its slope with respect to sqrt(s) is at most 1.
-#ifndef EGOSIEVE_KERNELS_COVARIANCE_SCALED_DIFFERENCE_H_
-#define EGOSIEVE_KERNELS_COVARIANCE_SCALED_DIFFERENCE_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -123,5 +122,3 @@ class ScaledDifference : public CovarianceDescription {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_COVARIANCE_SCALED_DIFFERENCE_H_

@@ -1,6 +1,5 @@
 // Functions without scales that are 1 at x = x'.
-#ifndef EGOSIEVE_KERNELS_COVARIANCE_SCALELESS_H_
-#define EGOSIEVE_KERNELS_COVARIANCE_SCALELESS_H_
+#pragma once
 
 #include <cstdint>
 
@@ -25,5 +24,3 @@ class Scaleless : public CovarianceDescription {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_COVARIANCE_SCALELESS_H_

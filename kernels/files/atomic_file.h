@@ -17,8 +17,7 @@
 // ResourceExhausted for a full disk, quota or memory, FailedPrecondition if `path` is not a regular
 // file (links, devices, pipes and folders are neither replaced nor waited for), otherwise
 // Unavailable.
-#ifndef EGOSIEVE_KERNELS_FILES_ATOMIC_FILE_H_
-#define EGOSIEVE_KERNELS_FILES_ATOMIC_FILE_H_
+#pragma once
 
 #include <cstdint>
 #include <limits>
@@ -81,5 +80,3 @@ std::string_view NameOfTemporary(std::string_view name);
 void RemoveAbandonedTemporaries(const std::string& folder);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_FILES_ATOMIC_FILE_H_

@@ -10,8 +10,7 @@
 //
 // After an error in the arguments, or a device error before the computation began, `out` is
 // unchanged; after a device is lost during the computation `out` may be partly written.
-#ifndef EGOSIEVE_KERNELS_OPS_BOX_MEANS_H_
-#define EGOSIEVE_KERNELS_OPS_BOX_MEANS_H_
+#pragma once
 
 #include "absl/status/status.h"
 #include "kernels/base/image_grid.h"
@@ -38,5 +37,3 @@ absl::Status BoxMeansAt(Context& context, const ImageView& image, ConstMatrixVie
                         const BoxMeanOptions& options, MatrixView<float> out);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_BOX_MEANS_H_

@@ -9,8 +9,7 @@
 // CrossCovarianceGradient is the same between two sets, and VarianceGradient for variances alone:
 //
 //   g_t = sum_ij W_ij dk(x_i, z_j) / d log theta_t,   g_t = sum_i w_i dk(x_i, x_i) / d log theta_t
-#ifndef EGOSIEVE_KERNELS_OPS_COVARIANCE_GRADIENT_H_
-#define EGOSIEVE_KERNELS_OPS_COVARIANCE_GRADIENT_H_
+#pragma once
 
 #include <vector>
 
@@ -42,5 +41,3 @@ absl::StatusOr<std::vector<double>> VarianceGradient(const CovarianceParameters&
                                                      absl::Span<const double> weights);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_COVARIANCE_GRADIENT_H_

@@ -9,8 +9,7 @@
 // T is float or double. In float the arcsine's error is at most 1e-6 sigma_f^2; the errors of other
 // functions are in their files in kernels/covariance. On a device without float64 the double
 // versions run on the host.
-#ifndef EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_
-#define EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_
+#pragma once
 
 #include "absl/status/status.h"
 #include "kernels/base/covariance_parameters.h"
@@ -37,5 +36,3 @@ absl::Status CrossCovariance(Context& context, const CovarianceParameters& param
                              MatrixView<T> out);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_

@@ -17,8 +17,7 @@
 // its file in kernels/covariance; arcsine: e = 1e-6). That of the mean is at most sigma_f^2
 // |alpha|_1 (e + (66 + n / 64) 2^-24 f_max), f_max = pi / 2 for the arcsine. Queries are processed
 // in tiles within a memory limit; the bits of a query's result do not depend on its tile.
-#ifndef EGOSIEVE_KERNELS_OPS_DENSE_POSTERIOR_H_
-#define EGOSIEVE_KERNELS_OPS_DENSE_POSTERIOR_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -121,5 +120,3 @@ class DensePosterior {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_DENSE_POSTERIOR_H_

@@ -1,6 +1,5 @@
 // Checks of the caller's OpenCL handles, with clearer errors than the driver's.
-#ifndef EGOSIEVE_KERNELS_OPS_DEVICE_CALL_CHECKS_H_
-#define EGOSIEVE_KERNELS_OPS_DEVICE_CALL_CHECKS_H_
+#pragma once
 
 #include <cstdint>
 
@@ -19,5 +18,3 @@ absl::Status CheckDeviceArrays(const Context& context, int64_t dimension,
                                const DeviceQueries& queries, const DeviceOutputs& outputs);
 
 }  // namespace egosieve::kernels::opencl
-
-#endif  // EGOSIEVE_KERNELS_OPS_DEVICE_CALL_CHECKS_H_

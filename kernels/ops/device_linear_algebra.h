@@ -20,8 +20,7 @@
 // ms. A work-group of 16 x 16 has 16 sums per work-item and 16.6 kB of local memory: 8 of them, all
 // 2,048 work-items of a unit, fit; the 1,953 tiles of the first update fill 132 x 8 slots 1.8
 // times.
-#ifndef EGOSIEVE_KERNELS_OPS_DEVICE_LINEAR_ALGEBRA_H_
-#define EGOSIEVE_KERNELS_OPS_DEVICE_LINEAR_ALGEBRA_H_
+#pragma once
 
 #include <CL/opencl.hpp>
 #include <cstdint>
@@ -121,5 +120,3 @@ class DeviceLinearAlgebra {
 };
 
 }  // namespace egosieve::kernels::opencl
-
-#endif  // EGOSIEVE_KERNELS_OPS_DEVICE_LINEAR_ALGEBRA_H_

@@ -3,8 +3,7 @@
 // On an H200 (4.8 TB/s, 132 units of 2,048 work-items), counted, not measured: for 465,750 queries
 // with D = 6 the arcsine's preparation reads 24 and writes 32 bytes each, 26 MB, 0.005 ms, and has
 // some 30 operations in float64 each; with one work-item per query the units are filled 1.7 times.
-#ifndef EGOSIEVE_KERNELS_OPS_DEVICE_PREPARATION_H_
-#define EGOSIEVE_KERNELS_OPS_DEVICE_PREPARATION_H_
+#pragma once
 
 #include <CL/opencl.hpp>
 #include <cstdint>
@@ -55,5 +54,3 @@ class DevicePreparation {
 };
 
 }  // namespace egosieve::kernels::opencl
-
-#endif  // EGOSIEVE_KERNELS_OPS_DEVICE_PREPARATION_H_

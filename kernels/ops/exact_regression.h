@@ -12,8 +12,7 @@
 // 2) and n / 4 per parameter back. Cost: n^3 / 3 flops, n^3 with the gradient
 // (kernels/ops/device_linear_algebra.h counts them and the bytes), and one or two passes over the
 // pairs.
-#ifndef EGOSIEVE_KERNELS_OPS_EXACT_REGRESSION_H_
-#define EGOSIEVE_KERNELS_OPS_EXACT_REGRESSION_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -58,5 +57,3 @@ absl::StatusOr<int64_t> FactorizeOnDevice(Context& context, const CovariancePara
                                           MatrixView<double> out);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_EXACT_REGRESSION_H_

@@ -6,8 +6,7 @@
 // Inputs, weights and factor are transferred once, a call transfers its queries and results. Cost
 // per query: a covariance and w multiply-adds for each input, n^2 / 2 more for the norm; memory:
 // n^2 values, and 2 n for each of a chunk's queries. Results do not depend on other queries.
-#ifndef EGOSIEVE_KERNELS_OPS_FLOAT64_SUMS_H_
-#define EGOSIEVE_KERNELS_OPS_FLOAT64_SUMS_H_
+#pragma once
 
 #include <memory>
 
@@ -38,5 +37,3 @@ class Float64Sums {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_FLOAT64_SUMS_H_

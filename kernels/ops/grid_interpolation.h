@@ -3,8 +3,7 @@
 //
 // After an error in the arguments, or a device error before the computation began, `out` is
 // unchanged; after a device is lost during the computation `out` may be partly written.
-#ifndef EGOSIEVE_KERNELS_OPS_GRID_INTERPOLATION_H_
-#define EGOSIEVE_KERNELS_OPS_GRID_INTERPOLATION_H_
+#pragma once
 
 #include "absl/status/status.h"
 #include "kernels/base/image_grid.h"
@@ -18,5 +17,3 @@ absl::Status GridInterpolation(Context& context, const ImageGrid& grid,
                                ConstMatrixView<float> values, MatrixView<float> out);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_GRID_INTERPOLATION_H_

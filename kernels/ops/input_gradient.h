@@ -7,8 +7,7 @@
 //
 // In float64 on the host, on several threads: m n D operations, little compared with the n^2 per x
 // of a variance's gradient. The bits are the same for any number of threads.
-#ifndef EGOSIEVE_KERNELS_OPS_INPUT_GRADIENT_H_
-#define EGOSIEVE_KERNELS_OPS_INPUT_GRADIENT_H_
+#pragma once
 
 #include "absl/status/status.h"
 #include "kernels/base/covariance_parameters.h"
@@ -34,5 +33,3 @@ absl::Status CovarianceDerivatives(const CovarianceParameters& parameters,
 void PriorVarianceGradient(const CovarianceParameters& parameters, const double* x, double* out);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_INPUT_GRADIENT_H_

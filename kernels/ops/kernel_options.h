@@ -1,6 +1,5 @@
 // Build options of the .cl programs, and the layout of the prepared points that they read.
-#ifndef EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_
-#define EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -109,5 +108,3 @@ PreparedColumns<T> PrepareColumns(const PointPreparation& preparation,
 }
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_

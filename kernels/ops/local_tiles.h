@@ -9,8 +9,7 @@
 //   (2) the mean alone    S (P + 1), S points
 //
 // Smaller blocks read the factor's tile more often: 4 / G bytes of scratch per multiply-add.
-#ifndef EGOSIEVE_KERNELS_OPS_LOCAL_TILES_H_
-#define EGOSIEVE_KERNELS_OPS_LOCAL_TILES_H_
+#pragma once
 
 #include <cstdint>
 
@@ -28,5 +27,3 @@ KernelTuning FitLocalMemory(const KernelTuning& tuning, int64_t point_width, int
 int StagedPoints(int64_t point_width, int64_t local_bytes);
 
 }  // namespace egosieve::kernels::opencl
-
-#endif  // EGOSIEVE_KERNELS_OPS_LOCAL_TILES_H_

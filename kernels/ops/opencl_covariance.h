@@ -11,8 +11,7 @@
 //
 // Each group reads the prepared columns, 0.26 MB: 128 MB in all from the cache. Division counts as
 // one operation, square root as five.
-#ifndef EGOSIEVE_KERNELS_OPS_OPENCL_COVARIANCE_H_
-#define EGOSIEVE_KERNELS_OPS_OPENCL_COVARIANCE_H_
+#pragma once
 
 #include <CL/opencl.hpp>
 #include <cstdint>
@@ -93,5 +92,3 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        ConstMatrixView<double> w, bool lower_only);
 
 }  // namespace egosieve::kernels::opencl
-
-#endif  // EGOSIEVE_KERNELS_OPS_OPENCL_COVARIANCE_H_

@@ -1,6 +1,5 @@
 // The dense posterior on an OpenCL device.
-#ifndef EGOSIEVE_KERNELS_OPS_OPENCL_DENSE_POSTERIOR_H_
-#define EGOSIEVE_KERNELS_OPS_OPENCL_DENSE_POSTERIOR_H_
+#pragma once
 
 #include <memory>
 
@@ -26,5 +25,3 @@ absl::StatusOr<std::unique_ptr<DensePosterior>> CreateDensePosterior(
 
 }  // namespace opencl
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_OPENCL_DENSE_POSTERIOR_H_

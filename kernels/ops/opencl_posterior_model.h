@@ -1,6 +1,5 @@
 // A posterior's model in the device's memory, as the kernels read it.
-#ifndef EGOSIEVE_KERNELS_OPS_OPENCL_POSTERIOR_MODEL_H_
-#define EGOSIEVE_KERNELS_OPS_OPENCL_POSTERIOR_MODEL_H_
+#pragma once
 
 #include <CL/opencl.hpp>
 #include <cstdint>
@@ -59,5 +58,3 @@ class DeviceModel {
 };
 
 }  // namespace egosieve::kernels::opencl
-
-#endif  // EGOSIEVE_KERNELS_OPS_OPENCL_POSTERIOR_MODEL_H_

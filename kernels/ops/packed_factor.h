@@ -17,8 +17,7 @@
 //
 // so both use the same multiply-add kernel, and no inverse of the whole factor is formed. Cost of
 // packing L: n^2 / 2 + n group^2 / 6 multiply-adds.
-#ifndef EGOSIEVE_KERNELS_OPS_PACKED_FACTOR_H_
-#define EGOSIEVE_KERNELS_OPS_PACKED_FACTOR_H_
+#pragma once
 
 #include <cstdint>
 
@@ -44,5 +43,3 @@ AlignedArray<float> PackFactor(FactorKind kind, ConstMatrixView<double> factor,
                                const FactorBlocking& blocking);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_PACKED_FACTOR_H_

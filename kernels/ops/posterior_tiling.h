@@ -1,7 +1,6 @@
 // Division of a dense posterior's queries into tiles, work-groups and chunks, with the
 // corresponding build options.
-#ifndef EGOSIEVE_KERNELS_OPS_POSTERIOR_TILING_H_
-#define EGOSIEVE_KERNELS_OPS_POSTERIOR_TILING_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -61,5 +60,3 @@ class PosteriorShapes {
 };
 
 }  // namespace egosieve::kernels::opencl
-
-#endif  // EGOSIEVE_KERNELS_OPS_POSTERIOR_TILING_H_

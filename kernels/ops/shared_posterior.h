@@ -5,8 +5,7 @@
 // kinds agree within the errors of kernels/ops/dense_posterior.h. Memory: the model on each device,
 // and a second copy of the results on the host, since a device may fail in any piece and nothing
 // may be written then.
-#ifndef EGOSIEVE_KERNELS_OPS_SHARED_POSTERIOR_H_
-#define EGOSIEVE_KERNELS_OPS_SHARED_POSTERIOR_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -29,5 +28,3 @@ absl::StatusOr<std::unique_ptr<DensePosterior>> CreateSharedPosterior(
     const DensePosteriorOptions& options = {});
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_OPS_SHARED_POSTERIOR_H_

@@ -4,8 +4,7 @@
 // The formulas are those of the functions in kernels/covariance, on prepared points
 // (kernels/base/prepared_points.h). Cost: O(n m D). Arguments must be valid: the public operations
 // check them.
-#ifndef EGOSIEVE_KERNELS_REFERENCE_COVARIANCE_H_
-#define EGOSIEVE_KERNELS_REFERENCE_COVARIANCE_H_
+#pragma once
 
 #include <vector>
 
@@ -38,5 +37,3 @@ std::vector<double> VarianceGradient(const CovarianceParameters& parameters,
                                      ConstMatrixView<double> x, const double* w);
 
 }  // namespace egosieve::kernels::reference
-
-#endif  // EGOSIEVE_KERNELS_REFERENCE_COVARIANCE_H_

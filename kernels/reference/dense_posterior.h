@@ -1,8 +1,7 @@
 // The dense posterior in plain float64 on the host, by the formulas of
 // kernels/ops/dense_posterior.h. It is the reference of its tests and the device "reference". Cost:
 // O(n D + n^2) per query with variances.
-#ifndef EGOSIEVE_KERNELS_REFERENCE_DENSE_POSTERIOR_H_
-#define EGOSIEVE_KERNELS_REFERENCE_DENSE_POSTERIOR_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -41,5 +40,3 @@ class DensePosterior {
 };
 
 }  // namespace egosieve::kernels::reference
-
-#endif  // EGOSIEVE_KERNELS_REFERENCE_DENSE_POSTERIOR_H_

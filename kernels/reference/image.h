@@ -1,8 +1,7 @@
 // Box means and grid interpolation in plain float64, by the formulas of
 // kernels/ops/box_means.h and kernels/ops/grid_interpolation.h. Arguments must be valid: the
 // public operations check them.
-#ifndef EGOSIEVE_KERNELS_REFERENCE_IMAGE_H_
-#define EGOSIEVE_KERNELS_REFERENCE_IMAGE_H_
+#pragma once
 
 #include "kernels/base/image_grid.h"
 #include "kernels/base/image_view.h"
@@ -20,5 +19,3 @@ void BoxMeansOnGrid(const ImageView& image, const ImageGrid& grid, int window_pi
 void GridInterpolation(const ImageGrid& grid, ConstMatrixView<float> values, MatrixView<float> out);
 
 }  // namespace egosieve::kernels::reference
-
-#endif  // EGOSIEVE_KERNELS_REFERENCE_IMAGE_H_

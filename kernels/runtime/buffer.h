@@ -1,6 +1,5 @@
 // Device buffers for the caller's arrays, without copies if the device shares the host's memory.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_BUFFER_H_
-#define EGOSIEVE_KERNELS_RUNTIME_BUFFER_H_
+#pragma once
 
 #include <CL/opencl.hpp>
 #include <cstdint>
@@ -102,5 +101,3 @@ void SetArguments(cl::Kernel& kernel, const Arguments&... arguments) {
 }
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_BUFFER_H_

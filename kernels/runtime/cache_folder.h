@@ -1,6 +1,5 @@
 // The user's cache folder and the files in it.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_CACHE_FOLDER_H_
-#define EGOSIEVE_KERNELS_RUNTIME_CACHE_FOLDER_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -24,5 +23,3 @@ std::string ReadCacheFile(const std::string& path);
 absl::Status WriteCacheFile(const std::string& path, std::string_view bytes);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_CACHE_FOLDER_H_

@@ -1,6 +1,5 @@
 // Opens an OpenCL device, or the float64 reference on the host.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_CONTEXT_H_
-#define EGOSIEVE_KERNELS_RUNTIME_CONTEXT_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -36,5 +35,3 @@ using Contexts = std::vector<std::shared_ptr<Context>>;
 absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& options = {});
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_CONTEXT_H_

@@ -1,7 +1,6 @@
 // The devices for the operations: every OpenCL device of every platform, then the float64
 // reference.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_DEVICE_H_
-#define EGOSIEVE_KERNELS_RUNTIME_DEVICE_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -43,5 +42,3 @@ absl::StatusOr<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices,
                                         const std::string& choice);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_DEVICE_H_

@@ -1,6 +1,5 @@
 // Reasons for a missing OpenCL device, and whether the drivers can be queried safely.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_DRIVER_CHECK_H_
-#define EGOSIEVE_KERNELS_RUNTIME_DRIVER_CHECK_H_
+#pragma once
 
 #include <string>
 
@@ -19,5 +18,3 @@ std::string WhyNoDevice();
 absl::Status CheckDriversCanStart(const std::string& processors = "/sys/devices/system/cpu");
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_DRIVER_CHECK_H_

@@ -1,8 +1,7 @@
 // OpenCL drivers do not survive fork: the child has none of their threads, and its first command
 // would wait forever. The first use of a driver is recorded with its process; processes forked from
 // it get an error at every use.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_FORK_GUARD_H_
-#define EGOSIEVE_KERNELS_RUNTIME_FORK_GUARD_H_
+#pragma once
 
 #include "absl/status/status.h"
 
@@ -13,5 +12,3 @@ namespace egosieve::kernels {
 absl::Status CheckNotForked();
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_FORK_GUARD_H_

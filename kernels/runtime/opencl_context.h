@@ -4,8 +4,7 @@
 // operation borrows its own workspace and returns it for the next operation. A workspace has an
 // in-order queue, kernel objects (whose arguments cannot be shared safely) and scratch memory. On
 // PoCL's CPU its queue uses as many compute units as MaximumThreads() allows at that moment.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_
-#define EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_
+#pragma once
 
 #include <CL/opencl.hpp>
 #include <array>
@@ -113,5 +112,3 @@ absl::StatusOr<std::shared_ptr<Context>> AdoptContext(cl_context context, cl_dev
                                                       const ContextOptions& options = {});
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_

@@ -1,6 +1,5 @@
 // OpenCL devices with their descriptions, in the order of the platforms.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_DEVICE_H_
-#define EGOSIEVE_KERNELS_RUNTIME_OPENCL_DEVICE_H_
+#pragma once
 
 #include <CL/opencl.hpp>
 #include <vector>
@@ -22,5 +21,3 @@ DeviceInfo DescribeDevice(const cl::Device& device);
 absl::StatusOr<std::vector<OpenClDevice>> ListOpenClDevices();
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_OPENCL_DEVICE_H_

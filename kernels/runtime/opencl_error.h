@@ -1,6 +1,5 @@
 // Converts the OpenCL bindings' exceptions to statuses; they are converted nowhere else.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_ERROR_H_
-#define EGOSIEVE_KERNELS_RUNTIME_OPENCL_ERROR_H_
+#pragma once
 
 #include <CL/opencl.hpp>
 #include <new>
@@ -36,5 +35,3 @@ absl::Status CatchOpenClErrors(std::string_view doing, Body&& body) {
 }
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_OPENCL_ERROR_H_

@@ -1,7 +1,6 @@
 // The folder of PoCL's compiled programs. If PoCL cannot write there (a read-only home, a sandbox),
 // it builds nothing or offers no device; if the folder is damaged, it ends the process.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_POCL_CACHE_H_
-#define EGOSIEVE_KERNELS_RUNTIME_POCL_CACHE_H_
+#pragma once
 
 #include <string>
 
@@ -22,5 +21,3 @@ absl::Status CheckPoclCanWrite();
 void LetPoclWrite();
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_POCL_CACHE_H_

@@ -3,8 +3,7 @@
 // A table is a text file of lines "name value" in the user's cache folder, one file per device,
 // read when a context is opened. Unknown names, values out of range and damaged files are ignored;
 // the defaults are then used.
-#ifndef EGOSIEVE_KERNELS_RUNTIME_TUNING_H_
-#define EGOSIEVE_KERNELS_RUNTIME_TUNING_H_
+#pragma once
 
 #include <string>
 #include <string_view>
@@ -53,5 +52,3 @@ KernelTuning LoadTuning(const DeviceInfo& device, const KernelTuning& defaults);
 absl::Status SaveTuning(const DeviceInfo& device, const KernelTuning& tuning);
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_KERNELS_RUNTIME_TUNING_H_

@@ -21,8 +21,7 @@
 // The subtable "research" gives research settings (research_flag.h). "cuts", a list of frame
 // numbers, gives the beginnings of a drive's further pieces (plan.h). true means a flag without a
 // value; false turns a flag off (--video=false). Paths are relative to the manifest's folder.
-#ifndef EGOSIEVE_TOOLS_BATCH_DRIVES_H_
-#define EGOSIEVE_TOOLS_BATCH_DRIVES_H_
+#pragma once
 
 #include <cstdint>
 #include <map>
@@ -76,5 +75,3 @@ std::vector<int64_t> EqualCuts(int64_t frames, double seconds_per_frame, double 
 void CutDrives(double minutes, std::vector<BatchDrive>& drives);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_BATCH_DRIVES_H_

@@ -20,8 +20,7 @@
 // that it needs, down to when segment ended. Tasks of one drive may run on several machines, so each
 // writes a file of its own, whole or not at all. segment is done where its run.json says so; any
 // other task if its record has the present key, and its product is there.
-#ifndef EGOSIEVE_TOOLS_BATCH_PLAN_H_
-#define EGOSIEVE_TOOLS_BATCH_PLAN_H_
+#pragma once
 
 #include <cstdint>
 #include <functional>
@@ -97,5 +96,3 @@ std::string BookFolder(const std::string& out);
 std::string MasksPath(const std::string& out);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_BATCH_PLAN_H_

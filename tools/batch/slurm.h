@@ -9,8 +9,7 @@
 // Files in the jobs' folder: submitted.json, the batch as submitted, task.sh, which every job runs,
 // and the logs. The jobs' names end in a text of the folder, by which Slurm itself tells which of
 // them are queued, also those of a submission that was killed.
-#ifndef EGOSIEVE_TOOLS_BATCH_SLURM_H_
-#define EGOSIEVE_TOOLS_BATCH_SLURM_H_
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -50,5 +49,3 @@ absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
                                                       const SlurmOptions& options);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_BATCH_SLURM_H_

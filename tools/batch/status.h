@@ -1,7 +1,6 @@
 // How far the drives of a batch are: from the book and the run folders alone, at any time and on
 // any machine that sees them. As a table and as a page.
-#ifndef EGOSIEVE_TOOLS_BATCH_STATUS_H_
-#define EGOSIEVE_TOOLS_BATCH_STATUS_H_
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -38,5 +37,3 @@ absl::StatusOr<std::string> FindPage(const BatchPlan& plan);
 absl::Status WritePage(const BatchPlan& plan, const std::vector<DriveStatus>& drives);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_BATCH_STATUS_H_

@@ -1,6 +1,5 @@
 // Checks of the values of flags. Their errors say which values are allowed.
-#ifndef EGOSIEVE_TOOLS_CLI_CHECKS_H_
-#define EGOSIEVE_TOOLS_CLI_CHECKS_H_
+#pragma once
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -89,5 +88,3 @@ CLI::Option* AddWords(CLI::App& app, const std::string& flag, Value& target,
 }
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_CHECKS_H_

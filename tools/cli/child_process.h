@@ -1,6 +1,5 @@
 // Runs a program in a process of its own: if it crashes, nothing else does.
-#ifndef EGOSIEVE_TOOLS_CLI_CHILD_PROCESS_H_
-#define EGOSIEVE_TOOLS_CLI_CHILD_PROCESS_H_
+#pragma once
 
 #include <functional>
 #include <map>
@@ -28,5 +27,3 @@ absl::StatusOr<int> RunChild(const ChildCommand& command,
 absl::StatusOr<std::string> OwnProgram();
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_CHILD_PROCESS_H_

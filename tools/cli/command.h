@@ -1,8 +1,7 @@
 // A command of the program `egosieve`: the interface between its folder and the command line.
 //
-// A command's folder offers one function, `std::unique_ptr<Command> MakeXxxCommand()`, in its own
-// header; tools/egosieve.cc lists these functions. The command line (command_line.h) builds a
-// parser, lets the command add its flags, and runs it:
+// A command's folder defines one of the functions below, tools/egosieve.cc calls them. The command
+// line (command_line.h) builds a parser, lets the command add its flags, and runs it:
 //
 //   class SegmentCommand : public Command {
 //     std::string name() const override { return "segment"; }
@@ -11,9 +10,9 @@
 //     void AddFlags(CLI::App& app) override { app.add_option("--out", out_, "...")->required(); }
 //     absl::StatusOr<ExitCode> Run() override { ... }
 //   };
-#ifndef EGOSIEVE_TOOLS_CLI_COMMAND_H_
-#define EGOSIEVE_TOOLS_CLI_COMMAND_H_
+#pragma once
 
+#include <memory>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -48,6 +47,17 @@ class Command {
   virtual absl::StatusOr<ExitCode> Run() = 0;
 };
 
-}  // namespace egosieve::tools
+// Each in tools/NAME/NAME_command.cc.
+std::unique_ptr<Command> MakeBatchCommand();
+std::unique_ptr<Command> MakeDevicesCommand();
+std::unique_ptr<Command> MakeMasksCommand();
+std::unique_ptr<Command> MakeMergeCommand();
+std::unique_ptr<Command> MakeRefineCommand();
+std::unique_ptr<Command> MakeRenderCommand();
+std::unique_ptr<Command> MakeReportCommand();
+std::unique_ptr<Command> MakeRunCommand();
+std::unique_ptr<Command> MakeSegmentCommand();
+std::unique_ptr<Command> MakeSynthesizeCommand();
+std::unique_ptr<Command> MakeTuneCommand();
 
-#endif  // EGOSIEVE_TOOLS_CLI_COMMAND_H_
+}  // namespace egosieve::tools

@@ -3,8 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <istream>
+#include <iterator>
 #include <numeric>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -13,12 +17,45 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "kernels/base/exception_status.h"
-#include "tools/cli/config_file.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/research_flag.h"
+#include "tools/cli/toml_entries.h"
 
 namespace egosieve::tools {
 namespace {
+
+// The file of --config: TOML with the names of a command's flags as keys.
+
+// Reads by toml_entries.h, writes as CLI11 does. Text that is not TOML is a CLI::FileError; its
+// message names the line.
+class ConfigFile : public CLI::ConfigTOML {
+ public:
+  std::vector<CLI::ConfigItem> from_config(std::istream& input) const override;
+};
+
+std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const {
+  const std::string text((std::istreambuf_iterator<char>(input)), std::istreambuf_iterator<char>());
+  const absl::StatusOr<std::vector<TomlEntry>> entries = ReadTomlEntries(text);
+  if (!entries.ok()) {
+    throw CLI::FileError(
+        absl::StrCat("the file of --config is no TOML: ", std::string(entries.status().message())),
+        CLI::ExitCodes::FileError);
+  }
+  std::vector<CLI::ConfigItem> items;
+  for (const TomlEntry& entry : *entries) {
+    if (entry.values.empty()) continue;  // []: not given
+    CLI::ConfigItem item;
+    item.parents.assign(entry.path.begin(), entry.path.end() - 1);
+    item.name = absl::StrReplaceAll(entry.path.back(), {{"-", "_"}});
+    if (item.parents == std::vector<std::string>{kResearchTable}) {
+      item.parents.clear();
+      item.name = absl::StrCat(kResearchTable, ".", item.name);
+    }
+    item.inputs = entry.values;
+    items.push_back(item);
+  }
+  return items;
+}
 
 size_t EditDistance(const std::string& a, const std::string& b) {
   std::vector<size_t> row(b.size() + 1);

@@ -3,8 +3,7 @@
 // Every command has --help, --config=FILE (TOML with the names of the flags; unknown keys are
 // errors) and --print_config; the program has --man and `completion bash` (manual.h). Errors are one
 // line on stderr, and the exit code is ExitCode's.
-#ifndef EGOSIEVE_TOOLS_CLI_COMMAND_LINE_H_
-#define EGOSIEVE_TOOLS_CLI_COMMAND_LINE_H_
+#pragma once
 
 #include <memory>
 #include <ostream>
@@ -51,5 +50,3 @@ class CommandLine {
 std::string NearestName(const std::string& word, const std::vector<std::string>& candidates);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_COMMAND_LINE_H_

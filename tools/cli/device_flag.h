@@ -1,6 +1,5 @@
 // The flag --device: the device for the dense arithmetic.
-#ifndef EGOSIEVE_TOOLS_CLI_DEVICE_FLAG_H_
-#define EGOSIEVE_TOOLS_CLI_DEVICE_FLAG_H_
+#pragma once
 
 #include <memory>
 #include <string>
@@ -36,5 +35,3 @@ class DeviceFlag {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_DEVICE_FLAG_H_

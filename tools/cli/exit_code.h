@@ -7,8 +7,7 @@
 //   4    finished, with some frames failed, or with a model that learnt from fewer than half of
 //        them
 //   130  interrupted; everything written so far is complete
-#ifndef EGOSIEVE_TOOLS_CLI_EXIT_CODE_H_
-#define EGOSIEVE_TOOLS_CLI_EXIT_CODE_H_
+#pragma once
 
 #include <string>
 
@@ -41,5 +40,3 @@ absl::Status AsUsageError(const absl::Status& status);
 std::string ErrorLine(absl::string_view message);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_EXIT_CODE_H_

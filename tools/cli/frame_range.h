@@ -1,6 +1,5 @@
 // The flags --from and --to: which frames of a drive a command works on.
-#ifndef EGOSIEVE_TOOLS_CLI_FRAME_RANGE_H_
-#define EGOSIEVE_TOOLS_CLI_FRAME_RANGE_H_
+#pragma once
 
 #include <cstdint>
 
@@ -24,5 +23,3 @@ struct FrameRange {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_FRAME_RANGE_H_

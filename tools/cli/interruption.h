@@ -3,8 +3,7 @@
 // ends the process at once, with the signal's default action. One signal of each kind does not: a
 // command passes a terminal's SIGINT on as SIGTERM to child programs that have already received
 // SIGINT.
-#ifndef EGOSIEVE_TOOLS_CLI_INTERRUPTION_H_
-#define EGOSIEVE_TOOLS_CLI_INTERRUPTION_H_
+#pragma once
 
 #include "absl/status/status.h"
 
@@ -24,5 +23,3 @@ bool IsInterruption(const absl::Status& status);
 void EndOnInterruptions();
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_INTERRUPTION_H_

@@ -1,7 +1,6 @@
 // The program's manual page and shell completion. Both are made from the flags of its commands, so
 // that they cannot differ from --help.
-#ifndef EGOSIEVE_TOOLS_CLI_MANUAL_H_
-#define EGOSIEVE_TOOLS_CLI_MANUAL_H_
+#pragma once
 
 #include <string>
 #include <utility>
@@ -38,5 +37,3 @@ std::string ManualPage(const ManualProgram& program);
 std::string BashCompletion(const ManualProgram& program);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_MANUAL_H_

@@ -1,6 +1,5 @@
 // The flags --object_low and --object_high: the thresholds of an object (map_objects.h).
-#ifndef EGOSIEVE_TOOLS_CLI_OBJECT_FLAGS_H_
-#define EGOSIEVE_TOOLS_CLI_OBJECT_FLAGS_H_
+#pragma once
 
 #include <CLI/CLI.hpp>
 
@@ -23,5 +22,3 @@ inline void AddObjectFlags(CLI::App& app, vision::ObjectThresholds& thresholds) 
 }
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_OBJECT_FLAGS_H_

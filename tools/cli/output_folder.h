@@ -1,6 +1,5 @@
 // The folder of a command's output where --out is not given.
-#ifndef EGOSIEVE_TOOLS_CLI_OUTPUT_FOLDER_H_
-#define EGOSIEVE_TOOLS_CLI_OUTPUT_FOLDER_H_
+#pragma once
 
 #include <filesystem>
 #include <string>
@@ -19,5 +18,3 @@ inline std::string DefaultFolder(const std::string& input) {
 }
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_OUTPUT_FOLDER_H_

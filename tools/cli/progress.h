@@ -4,8 +4,7 @@
 //   json   one object per line: {"command", "done", "total", "frames_per_second", "eta_seconds",
 //          ...}; 0 and -1 while they are not known
 //   none   nothing
-#ifndef EGOSIEVE_TOOLS_CLI_PROGRESS_H_
-#define EGOSIEVE_TOOLS_CLI_PROGRESS_H_
+#pragma once
 
 #include <chrono>
 #include <cstdint>
@@ -96,5 +95,3 @@ class Progress {
 std::string DescribeDuration(double seconds);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_PROGRESS_H_

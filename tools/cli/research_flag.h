@@ -1,7 +1,6 @@
 // Research settings of a command: the table [research] of --config, and --set NAME=VALUE. To CLI11
 // each is a flag of its own, --research.NAME, in a group that --help does not list.
-#ifndef EGOSIEVE_TOOLS_CLI_RESEARCH_FLAG_H_
-#define EGOSIEVE_TOOLS_CLI_RESEARCH_FLAG_H_
+#pragma once
 
 #include <CLI/CLI.hpp>
 #include <string>
@@ -29,5 +28,3 @@ inline void HideSettings(CLI::App& app) {
 }
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_RESEARCH_FLAG_H_

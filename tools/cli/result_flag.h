@@ -1,8 +1,7 @@
 // The flag --json: a command prints its result at the end as one line of JSON instead of text. The
 // field "command" has the command's name. tools/schema/result.schema.json lists the fields. Errors
 // and warnings stay on stderr.
-#ifndef EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_
-#define EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_
+#pragma once
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -28,5 +27,3 @@ struct ResultFlag {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_

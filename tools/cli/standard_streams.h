@@ -12,8 +12,7 @@
 //
 // All of this is off if the environment has EGOSIEVE_LIBRARY_LINES, OPENCV_LOG_LEVEL,
 // OPENCV_FFMPEG_LOGLEVEL or POCL_DEBUG: the user then wants the libraries' lines.
-#ifndef EGOSIEVE_TOOLS_CLI_STANDARD_STREAMS_H_
-#define EGOSIEVE_TOOLS_CLI_STANDARD_STREAMS_H_
+#pragma once
 
 namespace egosieve::tools {
 
@@ -29,5 +28,3 @@ void WatchForAborts();
 int StderrDescriptor();
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_STANDARD_STREAMS_H_

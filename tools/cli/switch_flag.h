@@ -1,7 +1,6 @@
 // A flag with a second name that turns it off, --video and --no_video. --print_config, --help and
 // the manual tell its default, which CLI11 does not do by itself.
-#ifndef EGOSIEVE_TOOLS_CLI_SWITCH_FLAG_H_
-#define EGOSIEVE_TOOLS_CLI_SWITCH_FLAG_H_
+#pragma once
 
 #include <CLI/CLI.hpp>
 #include <string>
@@ -19,5 +18,3 @@ inline CLI::Option* AddSwitch(CLI::App& app, const std::string& on, const std::s
 }
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_SWITCH_FLAG_H_

@@ -1,7 +1,6 @@
 // The flag --threads: how many threads a command uses. Commands without it use the limit of
 // kernels/base/parallel_for.h.
-#ifndef EGOSIEVE_TOOLS_CLI_THREADS_FLAG_H_
-#define EGOSIEVE_TOOLS_CLI_THREADS_FLAG_H_
+#pragma once
 
 namespace CLI {
 class App;
@@ -22,5 +21,3 @@ class ThreadsFlag {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_THREADS_FLAG_H_

@@ -1,6 +1,5 @@
 // A TOML text as a flat list of its entries, in the order of the text.
-#ifndef EGOSIEVE_TOOLS_CLI_TOML_ENTRIES_H_
-#define EGOSIEVE_TOOLS_CLI_TOML_ENTRIES_H_
+#pragma once
 
 #include <string>
 #include <vector>
@@ -24,5 +23,3 @@ struct TomlEntry {
 absl::StatusOr<std::vector<TomlEntry>> ReadTomlEntries(absl::string_view text);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_TOML_ENTRIES_H_

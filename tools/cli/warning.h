@@ -1,6 +1,5 @@
 // Prints a warning, one line on stderr; the command continues.
-#ifndef EGOSIEVE_TOOLS_CLI_WARNING_H_
-#define EGOSIEVE_TOOLS_CLI_WARNING_H_
+#pragma once
 
 #include <iostream>
 
@@ -16,5 +15,3 @@ inline void Warn(absl::string_view message) {
 }
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_CLI_WARNING_H_

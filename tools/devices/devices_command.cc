@@ -1,5 +1,4 @@
-#include "tools/devices/devices_command.h"
-
+// egosieve devices: lists the devices for --device=.
 #include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -10,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/device.h"
+#include "tools/cli/command.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/result_flag.h"
 

@@ -131,7 +131,7 @@ def _with_hyphens(argument):
 def _program(given):
     if not (given := given or os.environ.get("EGOSIEVE_PROGRAM")):
         beside = Path(sys.argv[0]).absolute().parent / "egosieve"
-        places = (beside, ROOT / ".build" / "egosieve", shutil.which("egosieve") or beside)
+        places = (beside, ROOT / "bazel-bin" / "tools" / "egosieve", shutil.which("egosieve") or beside)
         given = next((place for place in places if os.access(place, os.X_OK)), beside)
     if os.access(given, os.X_OK):
         return str(Path(given).absolute())

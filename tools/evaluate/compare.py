@@ -59,7 +59,7 @@ STATIC, FUNDAMENTAL = 1, 3  # `kind` of a dump
 
 
 class Dump:
-    """A frame's file of dump_features; shapes are those of tools/segment/feature_dump.h."""
+    """A frame's file of dump_features; shapes are those of DumpFeatures in tools/segment/segment_run.cc."""
 
     def __init__(self, path):
         arrays = np.load(path)
@@ -365,7 +365,7 @@ def main():
     parser.add_argument("--max_frames", type=int, default=0, help="of each drive; 0: all")
     parser.add_argument("--block", type=int, default=10, help="frames in a row drawn together")
     parser.add_argument("--segment_flags", default="", help="flags of segment, by spaces")
-    built = Path(__file__).resolve().parents[2] / ".build/egosieve"
+    built = Path(__file__).resolve().parents[2] / "bazel-bin/tools/egosieve"
     parser.add_argument("--program", type=Path, default=built)
     options = parser.parse_args()
     options.methods = options.methods.split(",")

@@ -9,8 +9,7 @@
 // A shadow is distinguished from the ground only by its darkness. Other dark things that begin at
 // the feet (a hole, a hedge, a flower pot) are taken for shadows. A mover that is itself in shadow
 // has none.
-#ifndef EGOSIEVE_TOOLS_MASKS_CAST_SHADOWS_H_
-#define EGOSIEVE_TOOLS_MASKS_CAST_SHADOWS_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -21,5 +20,3 @@ namespace egosieve::tools {
 cv::Mat1b FindCastShadows(const cv::Mat3b& picture, const cv::Mat1b& moving, int margin_pixels);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_CAST_SHADOWS_H_

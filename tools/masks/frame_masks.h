@@ -5,8 +5,7 @@
 //   dilated    pixels nearer than `dilate_pixels` to (FM1) and, if wanted, to the shadows of movers
 //              (cast_shadows.h); each gets the number of the nearest mover                (FM3)
 //   masked     the union of (FM2) and (FM3)
-#ifndef EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
-#define EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <optional>
@@ -47,5 +46,3 @@ absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine
 void Dilate(int pixels, cv::Mat1b& masked, cv::Mat1w& numbers);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_

@@ -141,7 +141,6 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
   } else if (!options.transforms.empty()) {
     return absl::InvalidArgumentError("--transforms belongs to --for=nerfstudio; leave it out");
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(result.coverage_, Coverage::Open(options.truth, path, size));
   return result;
 }
 
@@ -210,8 +209,7 @@ absl::Status MaskExport::CheckNumbers(
 
 bool MaskExport::IsWritten(int64_t index) const {
   // These are of all frames, or depend on files that may have changed.
-  const bool needs_all = !options_.truth.empty() || !options_.also.empty() ||
-                         options_.format == MaskFormat::kCoco ||
+  const bool needs_all = !options_.also.empty() || options_.format == MaskFormat::kCoco ||
                          options_.format == MaskFormat::kMots;
   if (needs_all || !unfinished_->continues()) return false;
   const std::vector<std::string> targets = Targets(index);
@@ -314,7 +312,6 @@ absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& li
     Resize(size, mask.masked);
     Resize(size, mask.numbers);
   }
-  EGOSIEVE_RETURN_IF_ERROR(coverage_.Add(index, mask.masked));
   frame.masked = TurnBack(mask.masked, orientation);
   if (!mask.numbers.empty()) frame.numbers = TurnBack(mask.numbers, orientation);
   if (!frame.picture.empty() && frame.picture.size() != frame.masked.size()) {

@@ -1,6 +1,5 @@
 // Writes a run's masks for another program: first makes all checks, then works frame by frame.
-#ifndef EGOSIEVE_TOOLS_MASKS_MASK_EXPORT_H_
-#define EGOSIEVE_TOOLS_MASKS_MASK_EXPORT_H_
+#pragma once
 
 #include <functional>
 #include <optional>
@@ -11,7 +10,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "tools/masks/coverage.h"
 #include "tools/masks/frame_masks.h"
 #include "tools/masks/mask_format.h"
 #include "tools/masks/mask_writer.h"
@@ -32,7 +30,6 @@ struct MaskExportOptions {
   std::string frames;      // folder for the pictures; empty: not written
   std::string also;        // the user's own masks (user_masks.h)
   std::string transforms;  // of kNerfstudio (transforms_file.h)
-  std::string truth;       // true masks to compare with (coverage.h)
   // The video from which the pictures were taken; the run is then one of the video
   // (video_frames.h). Empty: the run is one of the pictures.
   std::string video;
@@ -57,7 +54,6 @@ class MaskExport {
   int64_t images() const { return written_; }
   // Remaining messages, one warning each.
   const std::vector<std::string>& warnings() const { return warnings_; }
-  const Coverage& coverage() const { return coverage_; }
 
  private:
   MaskExport(DriveInput input, const MaskExportOptions& options)
@@ -95,7 +91,6 @@ class MaskExport {
   std::vector<int64_t> frames_;     // of the video, one per picture; empty without a video
   UserMasks also_;
   std::optional<TransformsFile> transforms_;
-  Coverage coverage_;
   MaskWriter writer_;
   std::set<std::string> target_folders_;
   std::optional<UnfinishedExport> unfinished_;
@@ -104,5 +99,3 @@ class MaskExport {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_MASK_EXPORT_H_

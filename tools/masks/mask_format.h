@@ -13,8 +13,7 @@
 // IMAGE is the picture's name relative to the input, with folders (NameInside); NAME is the same
 // without its extension; SEQ is the input's name. Pictures of a video are NNNNNN.png, starting at
 // 000000.png.
-#ifndef EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_
-#define EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -57,5 +56,3 @@ std::string MaskFile(MaskFormat format, const std::string& image, int64_t index,
                      const std::string& sequence);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_

@@ -1,6 +1,5 @@
 // Writes masks in one of the formats of mask_format.h, frame by frame.
-#ifndef EGOSIEVE_TOOLS_MASKS_MASK_WRITER_H_
-#define EGOSIEVE_TOOLS_MASKS_MASK_WRITER_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -46,5 +45,3 @@ class MaskWriter {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_MASK_WRITER_H_

@@ -70,9 +70,6 @@ void MasksFlags::AddFileFlags(CLI::App& app) {
   app.add_option("--transforms", options.transforms,
                  "nerfstudio's transforms.json; default: in the images' folder or above it")
       ->type_name("FILE");
-  app.add_option("--truth", options.truth,
-                 "True masks, as for evaluate: prints how much of what moves is masked")
-      ->type_name("DIR");
   app.add_flag(
       "--overwrite", options.overwrite,
       "Replace files of the same names in --out and --frames; others stay. Not needed to go "

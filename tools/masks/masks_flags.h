@@ -1,6 +1,5 @@
 // The flags of `masks`: which masks of an input or a run are written, for which program.
-#ifndef EGOSIEVE_TOOLS_MASKS_MASKS_FLAGS_H_
-#define EGOSIEVE_TOOLS_MASKS_MASKS_FLAGS_H_
+#pragma once
 
 #include <map>
 #include <optional>
@@ -43,5 +42,3 @@ struct MasksFlags {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_MASKS_FLAGS_H_

@@ -7,8 +7,7 @@
 //          last group is the sign                                                            (RU2)
 //
 // Reference: Lin et al., "Microsoft COCO: Common Objects in Context", ECCV 2014, and its API.
-#ifndef EGOSIEVE_TOOLS_MASKS_RUN_LENGTH_H_
-#define EGOSIEVE_TOOLS_MASKS_RUN_LENGTH_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -24,5 +23,3 @@ std::vector<int64_t> RunLengths(const cv::Mat1b& mask);
 std::string RunLengthText(const std::vector<int64_t>& runs);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_RUN_LENGTH_H_

@@ -1,8 +1,7 @@
 // Pictures as stored in their files. The frames of a run are turned upright according to EXIF.
 // COLMAP, PIL and stb, by which other programs read pictures, do not turn them, and need masks that
 // match the stored pixels.
-#ifndef EGOSIEVE_TOOLS_MASKS_STORED_PICTURE_H_
-#define EGOSIEVE_TOOLS_MASKS_STORED_PICTURE_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <string>
@@ -23,5 +22,3 @@ absl::StatusOr<StoredPicture> ReadStoredPicture(const std::string& path);
 cv::Mat TurnBack(const cv::Mat& upright, int orientation);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_STORED_PICTURE_H_

@@ -4,8 +4,7 @@
 // several such images, to the one with the longest name. Folders may be separated by backslashes,
 // and a file_path without an extension means the one image that has its name. The copy has slashes
 // and extensions. nerfstudio needs a mask for every frame or for none.
-#ifndef EGOSIEVE_TOOLS_MASKS_TRANSFORMS_FILE_H_
-#define EGOSIEVE_TOOLS_MASKS_TRANSFORMS_FILE_H_
+#pragma once
 
 #include <nlohmann/json.hpp>
 #include <set>
@@ -37,5 +36,3 @@ class TransformsFile {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_TRANSFORMS_FILE_H_

@@ -1,8 +1,7 @@
 // The mark of an export that has begun and not ended, OUT/.egosieve_masks.json, by which the same
 // command continues it: with which options, of which run, and whether the folders were empty
 // before.
-#ifndef EGOSIEVE_TOOLS_MASKS_UNFINISHED_EXPORT_H_
-#define EGOSIEVE_TOOLS_MASKS_UNFINISHED_EXPORT_H_
+#pragma once
 
 #include <string>
 #include <utility>
@@ -38,5 +37,3 @@ class UnfinishedExport {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_UNFINISHED_EXPORT_H_

@@ -1,6 +1,5 @@
 // The user's own masks, which are united with those of the run: pixels that are not 0 are masked.
-#ifndef EGOSIEVE_TOOLS_MASKS_USER_MASKS_H_
-#define EGOSIEVE_TOOLS_MASKS_USER_MASKS_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -32,5 +31,3 @@ class UserMasks {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_USER_MASKS_H_

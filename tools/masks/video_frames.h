@@ -7,8 +7,7 @@
 //   (VF2) frame of p = argmax_k s(p, k), the first of equals
 //
 // A picture counts as part of the video if s is kLeastAgreement or more.
-#ifndef EGOSIEVE_TOOLS_MASKS_VIDEO_FRAMES_H_
-#define EGOSIEVE_TOOLS_MASKS_VIDEO_FRAMES_H_
+#pragma once
 
 #include <cstdint>
 #include <functional>
@@ -29,5 +28,3 @@ absl::StatusOr<std::vector<int64_t>> FindInVideo(vision::FrameSource& pictures,
                                                  const std::function<bool()>& after_frame);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_MASKS_VIDEO_FRAMES_H_

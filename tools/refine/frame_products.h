@@ -12,8 +12,7 @@
 // Boxes and areas are in pixels. probability is the mean over the mover's pixels. sure is 1 - 2
 // mean sqrt(p (1 - p)): 1 if every p is 0 or 1, 0 if all are 1/2. It indicates errors of a map; the
 // deviation indicates missing data.
-#ifndef EGOSIEVE_TOOLS_REFINE_FRAME_PRODUCTS_H_
-#define EGOSIEVE_TOOLS_REFINE_FRAME_PRODUCTS_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -66,5 +65,3 @@ inline constexpr char kTracksHeader[] =
 std::string TrackRows(const FrameResult& result);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_REFINE_FRAME_PRODUCTS_H_

@@ -2,8 +2,7 @@
 //
 //   values   linear between the grid's pixels (kernels/ops/grid_interpolation.h)
 //   class    0 (static) if p < static_below, 255 (dynamic) if p > dynamic_above, else 128
-#ifndef EGOSIEVE_TOOLS_REFINE_FULL_MAPS_H_
-#define EGOSIEVE_TOOLS_REFINE_FULL_MAPS_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -29,5 +28,3 @@ absl::StatusOr<cv::Mat1f> InterpolateMap(kernels::Context& context, const kernel
 cv::Mat1b ClassifyMap(const cv::Mat1f& probability, const ClassThresholds& thresholds);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_REFINE_FULL_MAPS_H_

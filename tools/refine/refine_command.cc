@@ -1,5 +1,6 @@
-#include "tools/refine/refine_command.h"
-
+// egosieve refine DIR: masks, numbers and tracks of movers (frame_products.h).
+// Errors of usage, of the run folder, of the input and of the environment; Cancelled, with whole
+// chunks so far.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -8,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/command.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/warning.h"
 #include "tools/refine/refine_flags.h"
@@ -47,7 +49,7 @@ absl::StatusOr<ExitCode> RunRefine(const RefineFlags& flags) {
   EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folder.path()));
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, flags.range));
-  EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
+  EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, lines));
   flags.threads.Apply();
   EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, flags.device.Open());
   EGOSIEVE_ASSIGN_OR_RETURN(const auto run,

@@ -1,11 +1,11 @@
 // The flags of `refine`: which frames of a run are refined, how, and what is written.
-#ifndef EGOSIEVE_TOOLS_REFINE_REFINE_FLAGS_H_
-#define EGOSIEVE_TOOLS_REFINE_REFINE_FLAGS_H_
+#pragma once
 
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "tools/cli/device_flag.h"
+#include "tools/cli/exit_code.h"
 #include "tools/cli/frame_range.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
@@ -33,6 +33,8 @@ struct RefineFlags {
   absl::StatusOr<RefineOptions> MakeOptions() const;
 };
 
-}  // namespace egosieve::tools
+// Errors of usage, of the run folder, of the input and of the environment; Cancelled, with whole
+// chunks so far.
+absl::StatusOr<ExitCode> RunRefine(const RefineFlags& flags);
 
-#endif  // EGOSIEVE_TOOLS_REFINE_REFINE_FLAGS_H_
+}  // namespace egosieve::tools

@@ -7,8 +7,7 @@
 //            last chunk, and gives the same bytes
 //
 // Memory: the frames of a chunk and at most 24 on each side of it, for any length of the drive.
-#ifndef EGOSIEVE_TOOLS_REFINE_REFINE_RUN_H_
-#define EGOSIEVE_TOOLS_REFINE_REFINE_RUN_H_
+#pragma once
 
 #include <functional>
 #include <memory>
@@ -111,5 +110,3 @@ class RefineRun {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_REFINE_REFINE_RUN_H_

@@ -8,8 +8,7 @@
 //
 // Areas of the own vehicle are hatched, for any value of the map. Below the picture is a strip with
 // the legend: colours, thresholds, the frame's number and time.
-#ifndef EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
-#define EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <string>
@@ -39,5 +38,3 @@ cv::Mat3b DrawMovers(const cv::Mat3b& frame, const cv::Mat1w& ids, const std::st
 cv::Vec3b MoverColour(int number);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RENDER_OVERLAY_H_

@@ -1,6 +1,5 @@
 // Overlays of a run, from its maps and its input's frames.
-#ifndef EGOSIEVE_TOOLS_RENDER_OVERLAY_SOURCE_H_
-#define EGOSIEVE_TOOLS_RENDER_OVERLAY_SOURCE_H_
+#pragma once
 
 #include <memory>
 #include <string>
@@ -43,5 +42,3 @@ class OverlaySource {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RENDER_OVERLAY_SOURCE_H_

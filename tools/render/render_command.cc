@@ -1,9 +1,9 @@
-#include "tools/render/render_command.h"
-
+// egosieve render DIR: render/NNNNNN.png and overlay.mp4.
 #include <CLI/CLI.hpp>
 #include <string>
 
 #include "tools/cli/checks.h"
+#include "tools/cli/command.h"
 #include "tools/cli/object_flags.h"
 #include "tools/cli/switch_flag.h"
 #include "tools/render/render_run.h"

@@ -1,6 +1,5 @@
 // The run of `render`: draws a run's frames into images and a video.
-#ifndef EGOSIEVE_TOOLS_RENDER_RENDER_RUN_H_
-#define EGOSIEVE_TOOLS_RENDER_RENDER_RUN_H_
+#pragma once
 
 #include <string>
 #include <vector>
@@ -39,5 +38,3 @@ absl::StatusOr<ExitCode> RunRender(const RenderOptions& options);
 double FrameRate(const std::vector<FrameLine>& lines);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RENDER_RENDER_RUN_H_

@@ -3,8 +3,7 @@
 // A long drive has more frames than a screen has columns. If n exceeds `max_points`, k = ceil(n /
 // max_points) consecutive frames become one point: the mean of their finite values, at the index of
 // the first frame.
-#ifndef EGOSIEVE_TOOLS_REPORT_CHART_H_
-#define EGOSIEVE_TOOLS_REPORT_CHART_H_
+#pragma once
 
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
@@ -39,5 +38,3 @@ std::vector<Chart> MakeCharts(absl::Span<const FrameLine> lines,
 nlohmann::ordered_json ToJson(const Chart& chart);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_REPORT_CHART_H_

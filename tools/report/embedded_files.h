@@ -1,6 +1,5 @@
 // Files that every report includes, with their contents at build time.
-#ifndef EGOSIEVE_TOOLS_REPORT_EMBEDDED_FILES_H_
-#define EGOSIEVE_TOOLS_REPORT_EMBEDDED_FILES_H_
+#pragma once
 
 namespace egosieve::tools {
 
@@ -10,5 +9,3 @@ extern const char kDygraphsCss[];
 extern const char kDygraphsJs[];
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_REPORT_EMBEDDED_FILES_H_

@@ -1,6 +1,5 @@
 // What the report shows of eval.json, which egosieve-eval writes (tools/evaluate/evaluation.py).
-#ifndef EGOSIEVE_TOOLS_REPORT_EVALUATION_FILE_H_
-#define EGOSIEVE_TOOLS_REPORT_EVALUATION_FILE_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -33,5 +32,3 @@ struct EvaluationFile {
 absl::StatusOr<EvaluationFile> ParseEvaluation(absl::string_view text);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_REPORT_EVALUATION_FILE_H_

@@ -1,6 +1,5 @@
 // HTML that the program's pages share.
-#ifndef EGOSIEVE_TOOLS_REPORT_HTML_H_
-#define EGOSIEVE_TOOLS_REPORT_HTML_H_
+#pragma once
 
 #include <string>
 
@@ -19,5 +18,3 @@ std::string PageHead(absl::string_view title, absl::string_view style,
                      absl::string_view further_head = "");
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_REPORT_HTML_H_

@@ -2,8 +2,7 @@
 //
 // Charts are drawn by dygraphs (https://dygraphs.com, MIT licence), which is embedded in the page.
 // Without JavaScript, the figures, pictures and tables remain.
-#ifndef EGOSIEVE_TOOLS_REPORT_PAGE_H_
-#define EGOSIEVE_TOOLS_REPORT_PAGE_H_
+#pragma once
 
 #include <cstdint>
 #include <optional>
@@ -42,5 +41,3 @@ std::string MakeReportPage(const ReportContent& content);
 std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges = SIZE_MAX);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_REPORT_PAGE_H_

@@ -1,9 +1,9 @@
-#include "tools/report/report_command.h"
-
+// egosieve report DIR: report.html.
 #include <CLI/CLI.hpp>
 #include <string>
 
 #include "tools/cli/checks.h"
+#include "tools/cli/command.h"
 #include "tools/cli/object_flags.h"
 #include "tools/report/report_run.h"
 

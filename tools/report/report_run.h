@@ -1,6 +1,5 @@
 // The run of `report`: collects what a run folder holds and writes its report.html.
-#ifndef EGOSIEVE_TOOLS_REPORT_REPORT_RUN_H_
-#define EGOSIEVE_TOOLS_REPORT_REPORT_RUN_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -29,5 +28,3 @@ struct ReportOptions {
 absl::StatusOr<ExitCode> RunReport(const ReportOptions& options);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_REPORT_REPORT_RUN_H_

@@ -1,7 +1,6 @@
 // When each mover was visible: a drawing (SVG) with one row per number, frames from left to right.
 // Grey columns are frames that were not learnt from; their maps and numbers are less reliable.
-#ifndef EGOSIEVE_TOOLS_REPORT_TIMELINE_H_
-#define EGOSIEVE_TOOLS_REPORT_TIMELINE_H_
+#pragma once
 
 #include <string>
 
@@ -16,5 +15,3 @@ namespace egosieve::tools {
 std::string MoverTimeline(absl::string_view tracks, absl::Span<const FrameLine> lines);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_REPORT_TIMELINE_H_

@@ -1,7 +1,6 @@
 // What a run has shown, in five lines: what moved, how sure that is, what is doubtful, where the
 // files are, what to do next.
-#ifndef EGOSIEVE_TOOLS_RUN_CLOSING_LINES_H_
-#define EGOSIEVE_TOOLS_RUN_CLOSING_LINES_H_
+#pragma once
 
 #include <string>
 
@@ -20,5 +19,3 @@ std::string CertaintyLine(absl::string_view tracks, absl::Span<const FrameLine> 
 absl::StatusOr<std::string> ClosingLines(const RunFolder& folder);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_CLOSING_LINES_H_

@@ -1,5 +1,4 @@
-#include "tools/run/run_command.h"
-
+// egosieve run VIDEO: segment, refine, render and report into one folder.
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <initializer_list>
@@ -10,9 +9,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/command.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/switch_flag.h"
-#include "tools/refine/refine_command.h"
+#include "tools/refine/refine_flags.h"
 #include "tools/refine/refine_run.h"
 #include "tools/render/render_run.h"
 #include "tools/report/report_run.h"

@@ -1,6 +1,5 @@
 // Functions of kernels/files/atomic_file.h in this namespace, and files read by their text.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_ATOMIC_FILE_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_ATOMIC_FILE_H_
+#pragma once
 
 #include <string>
 
@@ -26,5 +25,3 @@ auto ParseFile(const std::string& path, Parse parse) -> decltype(parse("")) {
 }
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_ATOMIC_FILE_H_

@@ -8,8 +8,7 @@
 //   thinned     a run whose pictures' names have numbers (at least kLeastNames of them) that all
 //               rise by the same step from 2 to kLargestStep: pictures chosen from a video. Flow
 //               may still follow them, but slow movers are no longer detected
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_BASELINES_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_BASELINES_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -44,5 +43,3 @@ class Baselines {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_BASELINES_H_

@@ -21,10 +21,9 @@ std::string Remedy(const RunFolder& folder) {
 }
 
 // DataLoss if a map of these lines is missing.
-absl::Status CheckFiles(const RunFolder& folder, const RunDescription& description,
-                        absl::Span<const FrameLine> lines) {
+absl::Status CheckFiles(const RunFolder& folder, absl::Span<const FrameLine> lines) {
   const auto is_gone = [&](const FrameLine& line) {
-    return line.has_map() && !folder.HoldsMaps(line, description);
+    return line.has_map() && !folder.HoldsMaps(line);
   };
   const auto first = std::find_if(lines.begin(), lines.end(), is_gone);
   if (first == lines.end()) return absl::OkStatus();
@@ -57,10 +56,9 @@ absl::StatusOr<std::vector<FrameLine>> ChooseLines(const RunFolder& folder,
   return chosen;
 }
 
-absl::Status CheckMaps(const RunFolder& folder, const RunDescription& description,
-                       absl::Span<const FrameLine> lines) {
+absl::Status CheckMaps(const RunFolder& folder, absl::Span<const FrameLine> lines) {
   if (std::any_of(lines.begin(), lines.end(), HasMap)) {
-    return CheckFiles(folder, description, lines);
+    return CheckFiles(folder, lines);
   }
   if (std::none_of(lines.begin(), lines.end(), LacksMap)) {
     return absl::FailedPreconditionError(absl::StrCat(
@@ -73,9 +71,8 @@ absl::Status CheckMaps(const RunFolder& folder, const RunDescription& descriptio
 }
 
 absl::Status CheckMaps(const RunFolder& folder) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, FrameRange()));
-  return CheckMaps(folder, description, lines);
+  return CheckMaps(folder, lines);
 }
 
 std::string DescribeMissingMaps(const RunFolder& folder, absl::Span<const FrameLine> lines) {

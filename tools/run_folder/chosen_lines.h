@@ -1,6 +1,5 @@
 // The frames of a run that a command works on, and messages about frames without a map.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_CHOSEN_LINES_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_CHOSEN_LINES_H_
+#pragma once
 
 #include <string>
 #include <vector>
@@ -23,8 +22,7 @@ absl::StatusOr<std::vector<FrameLine>> ChooseLines(const RunFolder& folder,
 // `lines` has at least one line. FailedPrecondition if no line has a map: the message gives the
 // reason and the command that makes the maps. DataLoss, with the same hint, if a map's file is
 // missing or empty.
-absl::Status CheckMaps(const RunFolder& folder, const RunDescription& description,
-                       absl::Span<const FrameLine> lines);
+absl::Status CheckMaps(const RunFolder& folder, absl::Span<const FrameLine> lines);
 // The same for the whole run.
 absl::Status CheckMaps(const RunFolder& folder);
 
@@ -33,5 +31,3 @@ absl::Status CheckMaps(const RunFolder& folder);
 std::string DescribeMissingMaps(const RunFolder& folder, absl::Span<const FrameLine> lines);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_CHOSEN_LINES_H_

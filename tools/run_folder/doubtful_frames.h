@@ -1,6 +1,5 @@
 // Which frames of a run are unreliable, and from which nothing was learnt, and why.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_DOUBTFUL_FRAMES_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_DOUBTFUL_FRAMES_H_
+#pragma once
 
 #include <cstdint>
 #include <map>
@@ -54,5 +53,3 @@ class DoubtfulFrames {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_DOUBTFUL_FRAMES_H_

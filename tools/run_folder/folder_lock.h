@@ -2,8 +2,7 @@
 // nothing on NFS. Held by the program that writes or removes the run: segment, refine, merge.
 // It ends with its object or its process, even if that is killed. File systems without locks grant
 // every lock.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_
+#pragma once
 
 #include <string>
 #include <string_view>
@@ -32,5 +31,3 @@ class FolderLock {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_

@@ -1,7 +1,6 @@
 // Files that `--overwrite` removes: those that the program itself writes into a run folder, known
 // by their names, and no others.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FORMER_RUN_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_FORMER_RUN_H_
+#pragma once
 
 #include <string>
 #include <vector>
@@ -30,5 +29,3 @@ absl::Status CheckApart(const std::string& out, const std::vector<std::string>& 
 bool LiesInFolder(const std::string& path, const std::string& folder);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_FORMER_RUN_H_

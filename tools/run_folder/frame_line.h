@@ -2,8 +2,7 @@
 //
 // All fields except `milliseconds` depend only on input, flags, device and build: without it, the
 // lines of two runs are equal in every byte.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FRAME_LINE_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_FRAME_LINE_H_
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -87,5 +86,3 @@ absl::StatusOr<FrameLine> FrameLineFromText(absl::string_view line);
 const char* OutcomeName(FrameLine::Outcome outcome);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_FRAME_LINE_H_

@@ -1,6 +1,5 @@
 // Fields of JSON objects.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_JSON_FIELDS_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_JSON_FIELDS_H_
+#pragma once
 
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -78,5 +77,3 @@ class JsonFields {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_JSON_FIELDS_H_

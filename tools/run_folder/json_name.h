@@ -1,6 +1,5 @@
 // Names of files in JSON, which holds UTF-8 alone, while names are any bytes.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_JSON_NAME_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_JSON_NAME_H_
+#pragma once
 
 #include <string>
 
@@ -17,5 +16,3 @@ std::string JsonName(absl::string_view name);
 std::string NameFromJson(absl::string_view text);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_JSON_NAME_H_

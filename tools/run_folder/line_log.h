@@ -2,8 +2,7 @@
 // line that could not be written completely is cut off again.
 //
 // Errors are those of kernels/files/atomic_file.h.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_LINE_LOG_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_LINE_LOG_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -41,5 +40,3 @@ class LineLog {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_LINE_LOG_H_

@@ -3,8 +3,7 @@
 //   pixel = round(65535 min(value / full_scale, 1)),   value >= 0
 //
 // A value is recovered within full_scale / 131070, unless it saturated.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_MAP_IMAGE_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_MAP_IMAGE_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <string>
@@ -38,5 +37,3 @@ absl::StatusOr<std::string> EncodePng(const cv::Mat& image);
 absl::Status WritePng(const std::string& path, const cv::Mat& image);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_MAP_IMAGE_H_

@@ -1,6 +1,5 @@
 // Reads tracks.csv (tools/refine/frame_products.h).
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_MOVER_TRACKS_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_MOVER_TRACKS_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -27,5 +26,3 @@ struct MoverTrack {
 std::vector<MoverTrack> ReadMoverTracks(absl::string_view tracks);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_MOVER_TRACKS_H_

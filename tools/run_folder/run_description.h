@@ -1,6 +1,5 @@
 // Description of a run: run.json.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_RUN_DESCRIPTION_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_RUN_DESCRIPTION_H_
+#pragma once
 
 #include <cstdint>
 #include <map>
@@ -56,5 +55,3 @@ absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text);
 std::string DescribeDifference(const RunDescription& before, const RunDescription& now);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_RUN_DESCRIPTION_H_

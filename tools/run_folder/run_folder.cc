@@ -203,7 +203,7 @@ absl::StatusOr<LineLog> RunFolder::OpenMapLog() const {
                            host.data(), getpid(), kMapLogSuffix)));
 }
 
-bool RunFolder::HoldsMaps(const FrameLine& line, const RunDescription& description) const {
+bool RunFolder::HoldsMaps(const FrameLine& line) const {
   const auto is_there = [&](const char* folder, const char* suffix) {
     std::error_code error;
     const std::uintmax_t size = fs::file_size(FrameFile(folder, line.index, suffix), error);

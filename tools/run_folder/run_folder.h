@@ -17,8 +17,7 @@
 //
 // NNNNNN is the frame's index in the input, from 0. A frame's maps are written before its line, so
 // a frame with a line has complete maps. One program writes a run at a time (folder_lock.h).
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_RUN_FOLDER_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_RUN_FOLDER_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -97,7 +96,7 @@ class RunFolder {
   absl::StatusOr<cv::Mat1b> ReadIgnoredArea() const;
 
   // Whether the files that belong to a line with a map exist and are not empty.
-  bool HoldsMaps(const FrameLine& line, const RunDescription& description) const;
+  bool HoldsMaps(const FrameLine& line) const;
 
   // Writes kMapFiles and returns how many deviations saturated.
   absl::StatusOr<int64_t> WriteGridMaps(int64_t index, const FrameMaps& maps,
@@ -113,5 +112,3 @@ class RunFolder {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_RUN_FOLDER_H_

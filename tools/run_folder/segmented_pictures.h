@@ -1,6 +1,5 @@
 // The pictures that a run was made of, read again.
-#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_SEGMENTED_PICTURES_H_
-#define EGOSIEVE_TOOLS_RUN_FOLDER_SEGMENTED_PICTURES_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -25,5 +24,3 @@ absl::StatusOr<vision::Frame> ReadPicture(const FrameLine& line, vision::FrameSo
 absl::Status OtherPicture(int64_t index, const vision::FrameSource& source);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_SEGMENTED_PICTURES_H_

@@ -1,6 +1,5 @@
 // camera.json: the lens of a run, or of a drive's truth.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_CAMERA_FILE_H_
-#define EGOSIEVE_TOOLS_SEGMENT_CAMERA_FILE_H_
+#pragma once
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
@@ -11,5 +10,3 @@ namespace egosieve::tools {
 absl::StatusOr<double> FocalRatioOfCamera(absl::string_view json);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_CAMERA_FILE_H_

@@ -1,6 +1,5 @@
 // The input of a drive, opened and checked.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_DRIVE_INPUT_H_
-#define EGOSIEVE_TOOLS_SEGMENT_DRIVE_INPUT_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -35,5 +34,3 @@ absl::StatusOr<DriveInput> OpenLiveInput(const std::string& address);
 absl::StatusOr<double> SecondsPerFrame(vision::FrameSource& frames, int64_t from);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_DRIVE_INPUT_H_

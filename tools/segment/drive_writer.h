@@ -1,6 +1,5 @@
 // Writes the segmenter's results for a drive into its run folder, frame by frame.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_DRIVE_WRITER_H_
-#define EGOSIEVE_TOOLS_SEGMENT_DRIVE_WRITER_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -91,5 +90,3 @@ class DriveWriter {
 std::string UtcNow();
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_DRIVE_WRITER_H_

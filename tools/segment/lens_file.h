@@ -3,8 +3,7 @@
 // Of cameras.txt, the first camera is used: CAMERA_ID MODEL WIDTH HEIGHT PARAMS; lines with # are
 // comments. All of COLMAP's perspective models begin with the focal length, or with f_x and f_y, of
 // which the mean is used. Principal point and distortion are not used.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_LENS_FILE_H_
-#define EGOSIEVE_TOOLS_SEGMENT_LENS_FILE_H_
+#pragma once
 
 #include <string>
 
@@ -20,5 +19,3 @@ absl::StatusOr<double> ReadFocalRatio(const std::string& path);
 absl::StatusOr<double> FocalRatioOfColmap(absl::string_view text);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_LENS_FILE_H_

@@ -79,11 +79,10 @@ absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& f
   return std::optional<CheckpointBytes>();
 }
 
-absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder,
-                                                      const RunDescription& description) {
+absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder) {
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadSegmentedLines());
   const auto is_whole = [&](const FrameLine& line) {
-    return !line.has_map() || folder.HoldsMaps(line, description);
+    return !line.has_map() || folder.HoldsMaps(line);
   };
   lines.erase(std::find_if_not(lines.begin(), lines.end(), is_whole), lines.end());
   return lines;

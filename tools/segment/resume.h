@@ -4,8 +4,7 @@
 // They are complete or absent; the last two are kept. A run continues after the newest checkpoint
 // whose frame has its line. Later frames are written again, with the same bytes. A frame with
 // missing maps counts as not written, and so do all frames after it.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
-#define EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
+#pragma once
 
 #include <cstdint>
 #include <optional>
@@ -33,8 +32,7 @@ absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& f
                                                               int64_t last);
 
 // The lines of the run before the first line with a missing or empty map.
-absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder,
-                                                      const RunDescription& description);
+absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder);
 
 // FailedPrecondition, naming the difference and the remedy, if the run `before` in `directory`
 // differs from the run that `now` describes. has_other_device: whether the device differs.
@@ -72,5 +70,3 @@ void RemoveAbandonedFiles(const RunFolder& folder);
 absl::Status RemoveOtherCheckpoints(const RunFolder& folder, int64_t next_frame);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_RESUME_H_

@@ -11,8 +11,7 @@
 // own_vehicle.png, if present: 255 own vehicle, 0 scene.
 // fixed_pattern.png, if present: the median of pictures of the drive.
 // windscreen.png, if present: 255 where objects on the windscreen mix with the scene.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
-#define EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <optional>
@@ -43,5 +42,3 @@ absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& direct
 absl::Status WriteRunCamera(const std::string& directory, const RunCamera& camera);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_

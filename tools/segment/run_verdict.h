@@ -1,8 +1,7 @@
 // Warnings and exit code of a run that reached its end: kFramesFailed if frames could not be read,
 // if a video ended early, or if the model learnt from nothing or from fewer than half of the frames
 // (tools/run_folder/doubtful_frames.h).
-#ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
-#define EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
+#pragma once
 
 #include <string>
 #include <vector>
@@ -21,5 +20,3 @@ struct RunVerdict {
 RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_

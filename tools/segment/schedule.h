@@ -1,6 +1,5 @@
 // Which frames of a drive are segmented, and when the model is stored.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_SCHEDULE_H_
-#define EGOSIEVE_TOOLS_SEGMENT_SCHEDULE_H_
+#pragma once
 
 #include <cstdint>
 
@@ -28,5 +27,3 @@ struct Schedule {
 int64_t ExpectedFrames(const vision::FrameSource& source, const vision::PipelineOptions& pipeline);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_SCHEDULE_H_

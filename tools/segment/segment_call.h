@@ -1,6 +1,5 @@
 // A call of `segment`: all its flags, the checks of one flag with another, and its input.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_CALL_H_
-#define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_CALL_H_
+#pragma once
 
 #include <CLI/CLI.hpp>
 #include <string>
@@ -47,5 +46,3 @@ struct SegmentCall {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_SEGMENT_CALL_H_

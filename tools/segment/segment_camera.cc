@@ -1,19 +1,47 @@
 #include "tools/segment/segment_camera.h"
 
+#include <cstdint>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/progress.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
-#include "tools/segment/interruptible_source.h"
 #include "tools/segment/lens_file.h"
+#include "vision/frame/frame_source.h"
 #include "vision/frame/ignored_area.h"
 #include "vision/labelling/drive_camera.h"
 
 namespace egosieve::tools {
+namespace {
 
+// Passes on another source's frames, counts them, and returns the error Cancelled when the program
+// is asked to stop. For passes over a drive that write nothing.
+class InterruptibleSource : public vision::FrameSource {
+ public:
+  InterruptibleSource(vision::FrameSource& source, Progress& progress)
+      : source_(source), progress_(progress) {}
+
+  absl::StatusOr<vision::FrameRead> Next() override {
+    if (!progress_.AdvanceUninterrupted()) {
+      return absl::CancelledError("interrupted before the first frame; nothing was written");
+    }
+    return source_.Next();
+  }
+  absl::Status SeekTo(int64_t index) override { return source_.SeekTo(index); }
+  int64_t next_index() const override { return source_.next_index(); }
+  int64_t expected_frame_count() const override { return source_.expected_frame_count(); }
+  std::string description() const override { return source_.description(); }
+
+ private:
+  vision::FrameSource& source_;
+  Progress& progress_;
+};
+
+}  // namespace
 absl::Status SegmentCamera::Read(const CameraSettings& settings, const DriveInput& input) {
   settings_ = settings;
   if (!settings_.lens.empty()) {

@@ -1,7 +1,6 @@
 // The camera of `segment`, given or estimated: its lens, and the area of its image that does not
 // show the scene.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_CAMERA_H_
-#define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_CAMERA_H_
+#pragma once
 
 #include <cstdint>
 #include <map>
@@ -52,5 +51,3 @@ class SegmentCamera {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_SEGMENT_CAMERA_H_

@@ -1,7 +1,7 @@
-#include "tools/segment/segment_command.h"
-
+// egosieve segment INPUT --out=DIR: a drive's run folder.
 #include <string>
 
+#include "tools/cli/command.h"
 #include "tools/segment/segment_call.h"
 #include "tools/segment/segment_run.h"
 

@@ -3,8 +3,7 @@
 // --resume compares.
 //
 // A profile sets all options; one that is given overrides the profile.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_OPTIONS_H_
-#define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_OPTIONS_H_
+#pragma once
 
 #include <CLI/CLI.hpp>
 #include <functional>
@@ -22,7 +21,7 @@ struct SegmentSettings {
   vision::OnlineSegmenterOptions segmenter;
   CameraSettings camera;
   Schedule schedule;
-  std::string features;  // the folder of feature_dump.h; empty: none
+  std::string features;  // the folder of the dumped features; empty: none
 };
 
 struct SegmentOption {
@@ -64,5 +63,3 @@ class GivenOptions {
 std::map<std::string, std::string> DescribeSettings(const SegmentSettings& settings);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_SEGMENT_OPTIONS_H_

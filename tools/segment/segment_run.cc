@@ -1,27 +1,190 @@
 #include "tools/segment/segment_run.h"
 
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "gp/io/array_file.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/files/atomic_file.h"
+#include "kernels/runtime/context.h"
+#include "kernels/runtime/device.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/version.h"
 #include "tools/cli/warning.h"
 #include "tools/run_folder/map_image.h"
-#include "tools/segment/feature_dump.h"
-#include "tools/segment/run_beginning.h"
+#include "tools/run_folder/run_folder.h"
+#include "tools/segment/drive_writer.h"
+#include "tools/segment/resume.h"
 #include "tools/segment/run_verdict.h"
+#include "tools/segment/segment_call.h"
+#include "vision/descriptor/frame_descriptor.h"
+#include "vision/frame/equalization.h"
 #include "vision/frame/stepped_frames.h"
+#include "vision/segmentation/online_segmenter.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
 namespace egosieve::tools {
 namespace {
+
+// How a run of `segment` begins: in a new run folder, or where the run that --resume finds there
+// stopped.
+struct RunBeginning {
+  std::optional<DriveWriter> writer;  // absent: the run is done, see below
+  int64_t first_frame = 0;
+  std::optional<DriveWriter::Counts> counts;  // only of a run that is done
+  std::string warning;                        // of the input's end
+};
+
+bool HasAllFrames(const Schedule& schedule, const std::vector<FrameLine>& lines,
+                  vision::FrameSource& source, std::string& warning) {
+  const int64_t from = schedule.first_frame(), step = schedule.frame_step();
+  const int64_t next = lines.empty() ? from : lines.back().index + step;
+  return IsComplete(next, step, schedule.MakePipeline(1, from).end_frame, source, warning);
+}
+
+// A new run folder; absent if --resume finds a run. Errors of RunFolder::Create.
+absl::StatusOr<std::optional<RunFolder>> CreateUnlessResumed(const SegmentCall& call) {
+  if (call.resume && RunFolder::Open(call.directory).ok()) return std::optional<RunFolder>();
+  EGOSIEVE_ASSIGN_OR_RETURN(RunFolder folder, RunFolder::Create(call.directory, call.overwrite));
+  return std::make_optional(std::move(folder));
+}
+
+// The run that the call makes, at its start.
+RunDescription DescribeRun(const SegmentCall& call, const DriveInput& input,
+                           const kernels::DeviceInfo& device) {
+  RunDescription description;
+  description.version = kVersion;
+  description.flags = DescribeSettings(call.settings);
+  call.camera.Describe(description.flags);
+  description.device = DescribeDevice(device);
+  description.seed = call.settings.segmenter.labeller.seed;
+  description.input = input.description;
+  description.grid = {input.width_pixels, input.height_pixels,
+                      call.settings.segmenter.stride_pixels};
+  description.started_utc = UtcNow();
+  return description;
+}
+
+// Begins the new run in `folder`.
+absl::StatusOr<DriveWriter> StartRun(const SegmentCall& call, const RunFolder& folder,
+                                     const RunDescription& description) {
+  EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
+                            DriveWriter::Start(folder, description, description.device));
+  EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
+  return writer;
+}
+
+// Continues the run of --resume and restores the segmenter's state. FailedPrecondition if that run
+// differs from `description`; errors of resume.h. Leaves the input at any frame.
+absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription description,
+                                         vision::FrameSource& frames,
+                                         vision::OnlineSegmenter& segmenter) {
+  RunBeginning beginning;
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(call.directory));
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription before, folder.ReadDescription());
+  const std::string device = description.device;
+  if (call.allow_other_device) description.device = before.device;
+  EGOSIEVE_RETURN_IF_ERROR(
+      CheckSameRun(before, description, before.device != device, call.directory));
+  RemoveAbandonedFiles(folder);
+  const int64_t from = call.settings.schedule.first_frame();
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ReadWholeLines(folder));
+  if (before.ended == "done" &&
+      HasAllFrames(call.settings.schedule, lines, frames, beginning.warning)) {
+    beginning.counts.emplace(before);
+    for (const FrameLine& line : lines) beginning.counts->Add(line);
+    const int64_t end = lines.empty() ? from : lines.back().index + 1;
+    EGOSIEVE_RETURN_IF_ERROR(RemoveOtherCheckpoints(folder, end));
+    return beginning;
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const ResumePoint point,
+                            FindResumePoint(folder, from, std::move(lines)));
+  EGOSIEVE_RETURN_IF_ERROR(RemoveOtherCheckpoints(folder, point.next_frame));
+  if (!point.checkpoint.empty()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<vision::Frame> recent,
+                              ReadRecentFrames(frames, from, point.next_frame - 1,
+                                               segmenter.options().labeller.HistoryFrames()));
+    EGOSIEVE_RETURN_IF_ERROR(segmenter.Restore(point.checkpoint, recent));
+  }
+  description.started_utc = before.started_utc;
+  description.seconds = before.seconds;
+  beginning.first_frame = point.next_frame;
+  EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer,
+                            DriveWriter::Continue(folder, description, point.lines, device));
+  // A kill may have prevented writing it before.
+  EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
+  return beginning;
+}
+
+// Writes what a frame's map is learnt from and evaluated on, for classifiers outside the program
+// (tools/evaluate/compare.py).
+
+constexpr int64_t kInputs = vision::kDescriptorDimension;
+
+template <typename Number>
+gp::NamedArray Table(const std::vector<Number>& elements, int64_t columns) {
+  const int64_t rows = static_cast<int64_t>(elements.size()) / columns;
+  return {{rows, columns}, std::vector<double>(elements.begin(), elements.end())};
+}
+
+// Writes DIRECTORY/NNNNNN.npz for a frame with a picture; nothing for a damaged one. The directory
+// exists. For N labelled places and the G pixels of the map's grid, row by row:
+//
+//   frames     4      indices of this frame, of the labelled one and of the pair's two; -1: none
+//   grid       3      width and height of the picture and stride of the grid, pixels
+//   labels     N      probability of moving, in [0, 1]
+//   inputs     N x 6  descriptors of the labelled places (vision/descriptor)
+//   field      G x 6  descriptors of the grid in this frame
+//   positions  N x 2  places in the labelled frame, pixels
+//   others     N x 2  the same places in the pair's other frame
+//   kind       1      of motion: 0 none, 1 static, 2 homography, 3 fundamental matrix
+absl::Status DumpFeatures(const vision::SegmentedFrame& frame, kernels::Context& context,
+                          const vision::OnlineSegmenterOptions& options,
+                          const std::string& directory) {
+  if (frame.damage.has_value()) return absl::OkStatus();
+  const vision::LabelledFrame& labels = frame.labels;
+  const auto equalized = [&](vision::Frame picture) {
+    picture.image = vision::EqualizeLuminance(picture.image, options.labeller.equalization);
+    return picture;
+  };
+  const cv::Size size = frame.frame.image.size();
+  const kernels::ImageGrid grid{size.width, size.height, options.stride_pixels};
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const std::vector<float> field,
+      vision::DescribeGrid(context, equalized(frame.frame), grid, options.descriptor));
+  std::vector<float> inputs;
+  if (labels.size() > 0) {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        inputs, vision::DescribePositions(context, equalized(labels.labelled),
+                                          labels.positions_view(), options.descriptor));
+  }
+  const gp::ArrayMap arrays = {
+      {"frames", gp::VectorArray<int64_t>({frame.index, labels.labelled.index, labels.first_index,
+                                           labels.second_index})},
+      {"grid", gp::VectorArray<int64_t>({grid.width, grid.height, grid.stride})},
+      {"labels", gp::VectorArray(labels.probability)},
+      {"inputs", Table(inputs, kInputs)},
+      {"field", Table(field, kInputs)},
+      {"positions", Table(labels.positions, 2)},
+      {"others", Table(labels.other_positions, 2)},
+      {"kind", gp::VectorArray<int64_t>({static_cast<int64_t>(labels.motion_model)})},
+  };
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, gp::SerializeArrays(arrays));
+  return kernels::WriteFileAtomically(absl::StrFormat("%s/%06d.npz", directory, frame.index),
+                                      bytes);
+}
 
 // Gives the drive's frames to a sink.
 using FrameRun =

@@ -1,7 +1,6 @@
 // The run of `segment`: reads the drive, segments it frame by frame into the run folder, and tells
 // how it ended.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_RUN_H_
-#define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_RUN_H_
+#pragma once
 
 #include "absl/status/statusor.h"
 #include "tools/cli/exit_code.h"
@@ -15,5 +14,3 @@ namespace egosieve::tools {
 absl::StatusOr<ExitCode> RunSegment(SegmentCall& call);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_SEGMENT_RUN_H_

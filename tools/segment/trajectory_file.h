@@ -1,8 +1,7 @@
 // trajectory.txt of a run: the camera's poses in the TUM format, `seconds tx ty tz qx qy qz qw`,
 // camera to world. Lengths are as in vision/trajectory/camera_step.h: in heights of the camera
 // where the ground was visible. One pose per frame of the log, made only from its lines.
-#ifndef EGOSIEVE_TOOLS_SEGMENT_TRAJECTORY_FILE_H_
-#define EGOSIEVE_TOOLS_SEGMENT_TRAJECTORY_FILE_H_
+#pragma once
 
 #include <string>
 #include <vector>
@@ -20,5 +19,3 @@ std::string TrajectoryText(const std::vector<FrameLine>& lines);
 absl::Status WriteTrajectory(const RunFolder& folder);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SEGMENT_TRAJECTORY_FILE_H_

@@ -20,8 +20,7 @@
 //                       (world, from the x axis, counter-clockwise), velocity (world),
 //                       relative_velocity (camera axes, less the camera's own), distance_metres,
 //                       area_pixels, box (x, y, width, height)
-#ifndef EGOSIEVE_TOOLS_SYNTHESIZE_SYNTHESIZE_H_
-#define EGOSIEVE_TOOLS_SYNTHESIZE_SYNTHESIZE_H_
+#pragma once
 
 #include <cstdint>
 #include <functional>
@@ -57,5 +56,3 @@ using AfterFrame = std::function<bool(int done, int total)>;
 absl::Status Synthesize(const SynthesizeOptions& options, const AfterFrame& after_frame = nullptr);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TOOLS_SYNTHESIZE_SYNTHESIZE_H_

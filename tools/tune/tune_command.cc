@@ -1,5 +1,4 @@
-#include "tools/tune/tune_command.h"
-
+// egosieve tune: finds the kernels' best shapes for a device and stores them for later runs.
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -10,6 +9,7 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/tuning.h"
 #include "tools/cli/checks.h"
+#include "tools/cli/command.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/result_flag.h"

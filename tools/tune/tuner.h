@@ -6,8 +6,7 @@
 // the fields of the mean's kernel, with variances for those of the factor's kernel. The results of
 // every candidate are compared with those of the initial shape. A candidate is dropped if its
 // results differ by more than rounding, or if it does not compile or run.
-#ifndef EGOSIEVE_TOOLS_TUNE_TUNER_H_
-#define EGOSIEVE_TOOLS_TUNE_TUNER_H_
+#pragma once
 
 #include <cstdint>
 #include <functional>
@@ -56,5 +55,3 @@ struct TuneResult {
 absl::StatusOr<TuneResult> Tune(const TuneOptions& options);
 
 }  // namespace egosieve::tune
-
-#endif  // EGOSIEVE_TOOLS_TUNE_TUNER_H_

@@ -6,8 +6,7 @@
 // 0.587 G + 0.114 B. A grey frame has I_R = I_G = I_B = I_M. They are computed at given positions
 // of a frame, for learning, and on a grid over the whole frame, for inference. Both use the same
 // code, so they give the same bytes at the pixels of a grid.
-#ifndef EGOSIEVE_VISION_DESCRIPTOR_FRAME_DESCRIPTOR_H_
-#define EGOSIEVE_VISION_DESCRIPTOR_FRAME_DESCRIPTOR_H_
+#pragma once
 
 #include <vector>
 
@@ -34,5 +33,3 @@ absl::StatusOr<std::vector<float>> DescribeGrid(kernels::Context& context, const
                                                 const DescriptorOptions& options = {});
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_DESCRIPTOR_FRAME_DESCRIPTOR_H_

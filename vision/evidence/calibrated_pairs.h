@@ -15,8 +15,7 @@
 //   l_2 = log( exp(l) / 2 + N(c_2; m, sigma_2^2 + s^2) / N(c_2; 0, sigma_2^2) / 2 )         (CP2)
 //
 // For a static point l_2 is about 0, so that it is not counted twice.
-#ifndef EGOSIEVE_VISION_EVIDENCE_CALIBRATED_PAIRS_H_
-#define EGOSIEVE_VISION_EVIDENCE_CALIBRATED_PAIRS_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <optional>
@@ -45,5 +44,3 @@ std::vector<std::vector<std::optional<double>>> CalibratedLogRatios(
     const std::vector<bool>& is_unbounded = {});
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_CALIBRATED_PAIRS_H_

@@ -4,8 +4,7 @@
 // stretch of places of similar depth that is large enough. A smaller one may be motion that smooth
 // flow carries onto the road. The stretch is one object. Its inverse depth is the median over its
 // places.
-#ifndef EGOSIEVE_VISION_EVIDENCE_COLUMN_CONTACT_H_
-#define EGOSIEVE_VISION_EVIDENCE_COLUMN_CONTACT_H_
+#pragma once
 
 #include <cstddef>
 #include <opencv2/core.hpp>
@@ -45,5 +44,3 @@ std::vector<PointContact> ContactsByColumn(const ColumnView& view);
 bool IsAlike(const InverseDepth& a, const InverseDepth& b);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_COLUMN_CONTACT_H_

@@ -9,8 +9,7 @@
 //
 // A static point has r > 0, so s > 0. s < 0 belongs to a depth behind the camera: driving forward,
 // it is flow towards the point of expansion.
-#ifndef EGOSIEVE_VISION_EVIDENCE_EPIPOLAR_LINE_H_
-#define EGOSIEVE_VISION_EVIDENCE_EPIPOLAR_LINE_H_
+#pragma once
 
 #include <Eigen/Core>
 
@@ -57,5 +56,3 @@ inline EpipolarLine LineOf(const Pinhole& camera, const Eigen::Matrix3d& rotatio
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_EPIPOLAR_LINE_H_

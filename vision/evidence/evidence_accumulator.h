@@ -6,7 +6,7 @@
 //   2. distance to the motion model: to the epipolar line of the pose, where the pose explains the
 //      points as well as the given matrix does; else to the given model
 //   3. sign of depth, negative_depth.h                  needs 1
-//   -  road, road_evidence.h                            needs 1 and a plane with support
+//   -  road                                             needs 1 and a plane with support
 //   4. log-likelihood ratios, summed along the track, and their probability; fusion.h
 //
 // Residuals of step 2 are divided by their robust scale, which is estimated from the frame and
@@ -15,8 +15,7 @@
 // State: sums of the tracks of the last frame, scales, the share of movers. Its size is bounded by
 // the points of one frame. A restored accumulator gives the same results bit for bit. Frame indices
 // must grow. A skipped frame loses only the tracks that end at it.
-#ifndef EGOSIEVE_VISION_EVIDENCE_EVIDENCE_ACCUMULATOR_H_
-#define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_ACCUMULATOR_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <array>
@@ -166,5 +165,3 @@ class EvidenceAccumulator {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_EVIDENCE_ACCUMULATOR_H_

@@ -1,22 +1,114 @@
 // Steps 1 to 4 and the road of evidence_accumulator.h: the terms of a frame.
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <opencv2/core.hpp>
 #include <optional>
+#include <vector>
 
 #include "vision/evidence/calibrated_pairs.h"
 #include "vision/evidence/evidence_accumulator.h"
 #include "vision/evidence/evidence_motion.h"
 #include "vision/evidence/for_each_point.h"
+#include "vision/evidence/guided_match.h"
 #include "vision/evidence/negative_depth.h"
 #include "vision/evidence/photometric_support.h"
+#include "vision/evidence/pinhole.h"
+#include "vision/evidence/relative_pose.h"
 #include "vision/evidence/residual_scale.h"
-#include "vision/evidence/road_evidence.h"
+#include "vision/evidence/road_contact.h"
 #include "vision/evidence/road_plane.h"
+#include "vision/geometry/point_pair.h"
 #include "vision/geometry/residual.h"
 #include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {
 namespace {
+
+// The road term of a frame's evidence, in three steps:
+//
+//   1. inverse depths of the followed places, and the road plane       road_plane.h
+//      fitted to them; if none is found, a given plane
+//   2. with both pictures: road among the unfollowed places            guided_match.h
+//   3. log-likelihood ratios of all places, by grey levels, (R2)       road_contact.h
+//      and ground contacts
+//
+// A place of step 2 for which step 3 finds evidence of motion is dropped, because no flow confirms
+// it.
+struct RoadView {
+  Pinhole camera;
+  RelativePose pose;  // before to now, found
+  cv::Size size;
+  std::vector<PointPair> pairs;         // places that flow follows
+  std::vector<bool> is_textured;        // one per pair
+  std::vector<cv::Point2f> unfollowed;  // places of the current frame where flow failed
+  cv::Mat before, now;                  // CV_8UC1 of `size`; not read without `pictures`
+  const PhotometricSupport* pictures = nullptr;
+  std::optional<Eigen::Vector3d> plane;  // m of (R1), used if none is found in `pairs`
+};
+
+struct RoadEvidence {
+  RoadPlane road;                     // if not found, the other fields are empty
+  std::vector<double> log_ratios;     // one per pair
+  std::vector<GuidedPlace> standing;  // the unfollowed places that are static road
+};
+
+constexpr double kMostDoubt = 1.5;  // bound of the log-likelihood ratio of a static place
+constexpr double kSeenOff = 3.0;    // least ratio of grey levels for a place off the plane
+
+void Append(const std::vector<GuidedPlace>& guided, const RoadView& view,
+            std::vector<PointPair>& pairs, std::vector<InverseDepth>& depths) {
+  std::vector<PointPair> added;
+  for (const GuidedPlace& place : guided) {
+    added.push_back({place.before.x, place.before.y, place.now.x, place.now.y});
+  }
+  const std::vector<InverseDepth> added_depths = InverseDepths(view.camera, view.pose, added);
+  pairs.insert(pairs.end(), added.begin(), added.end());
+  depths.insert(depths.end(), added_depths.begin(), added_depths.end());
+}
+
+RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t seed) {
+  RoadEvidence result;
+  std::vector<PointPair> pairs = view.pairs;
+  std::vector<InverseDepth> depths = InverseDepths(view.camera, view.pose, pairs);
+  for (size_t i = 0; i < depths.size(); ++i) depths[i].is_textured = view.is_textured[i];
+  std::optional<RoadComparison> comparison;
+  IsSeenOffPlane is_seen_off;
+  if (view.pictures != nullptr) {
+    comparison.emplace(view.camera, view.pose, *view.pictures);
+    is_seen_off = [&](const RoadPlane& plane, size_t point) {
+      return comparison->AgainstRoad(plane, pairs[point]).value_or(kSeenOff) >= kSeenOff;
+    };
+  }
+  result.road = FitRoad(depths, last, seed, is_seen_off);
+  if (!result.road.found && view.plane) result.road = {true, *view.plane};
+  if (!result.road.found) return result;
+
+  std::vector<GuidedPlace> guided;
+  if (view.pictures != nullptr) {
+    guided = MatchRoad(result.road, view.camera, view.pose, view.before, view.now,
+                       view.pictures->noise_levels(), view.unfollowed);
+    Append(guided, view, pairs, depths);
+    CompareWithRoad(result.road, *comparison, pairs, depths);
+  }
+  std::vector<cv::Point2f> places;
+  for (const PointPair& pair : pairs) {
+    places.emplace_back(static_cast<float>(pair.x2), static_cast<float>(pair.y2));
+  }
+  std::optional<ContactPictures> contact;
+  if (view.pictures != nullptr) {
+    contact.emplace(result.road, view.camera, view.pose, view.before, view.now,
+                    view.pictures->noise_levels());
+  }
+  result.log_ratios =
+      RoadLogRatios(result.road, depths, places, view.size, contact ? &*contact : nullptr);
+  for (size_t i = 0; i < guided.size(); ++i) {
+    if (result.log_ratios[view.pairs.size() + i] < kMostDoubt) result.standing.push_back(guided[i]);
+  }
+  result.log_ratios.resize(view.pairs.size());
+  return result;
+}
 
 constexpr size_t kFewestResiduals = 20;
 constexpr int kRoadMemory = 5;         // frames for which a slope is kept while no road is found

@@ -1,6 +1,5 @@
 // Result of steps 1 and 2 of evidence_accumulator.h. Internal to it.
-#ifndef EGOSIEVE_VISION_EVIDENCE_EVIDENCE_MOTION_H_
-#define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_MOTION_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cmath>
@@ -23,5 +22,3 @@ struct EvidenceAccumulator::Motion {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_EVIDENCE_MOTION_H_

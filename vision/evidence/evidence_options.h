@@ -1,6 +1,5 @@
 // Options of evidence_accumulator.h: which terms of evidence are measured, and their weights.
-#ifndef EGOSIEVE_VISION_EVIDENCE_EVIDENCE_OPTIONS_H_
-#define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_OPTIONS_H_
+#pragma once
 
 #include "absl/status/status.h"
 #include "vision/evidence/relative_pose.h"
@@ -24,5 +23,3 @@ struct EvidenceOptions {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_EVIDENCE_OPTIONS_H_

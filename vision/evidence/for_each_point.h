@@ -1,6 +1,5 @@
 // Runs independent work for each of many points on several threads.
-#ifndef EGOSIEVE_VISION_EVIDENCE_FOR_EACH_POINT_H_
-#define EGOSIEVE_VISION_EVIDENCE_FOR_EACH_POINT_H_
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -22,5 +21,3 @@ void ForEachPoint(size_t count, const Work& work) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_FOR_EACH_POINT_H_

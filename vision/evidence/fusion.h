@@ -26,8 +26,7 @@
 // (F6) is the step of expectation maximisation for the mixing weight, tracked over the frames. The
 // mean is over all judged points, blank ones too: (F5) holds for all of them, and there are fewer
 // movers among them than among textured points.
-#ifndef EGOSIEVE_VISION_EVIDENCE_FUSION_H_
-#define EGOSIEVE_VISION_EVIDENCE_FUSION_H_
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -62,5 +61,3 @@ double ProbabilityOf(double log_ratio, double mover_share);
 double EstimateMoverShare(const std::vector<double>& log_ratios, double start);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_FUSION_H_

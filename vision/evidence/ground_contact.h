@@ -24,8 +24,7 @@
 // depths of the places that flow follows.
 //
 // Reference: Badino, Franke & Pfeiffer (2009), stixels: columns of ground and upright objects.
-#ifndef EGOSIEVE_VISION_EVIDENCE_GROUND_CONTACT_H_
-#define EGOSIEVE_VISION_EVIDENCE_GROUND_CONTACT_H_
+#pragma once
 
 #include <cstddef>
 #include <opencv2/core.hpp>
@@ -83,5 +82,3 @@ class ContactPictures {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_GROUND_CONTACT_H_

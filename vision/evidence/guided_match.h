@@ -19,8 +19,7 @@
 // the road ends at an edge. sigma: noise of photometric_support.h.
 //
 // Objects on the road are not searched for along their epipolar lines. Cost: linear in the places.
-#ifndef EGOSIEVE_VISION_EVIDENCE_GUIDED_MATCH_H_
-#define EGOSIEVE_VISION_EVIDENCE_GUIDED_MATCH_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -43,5 +42,3 @@ std::vector<GuidedPlace> MatchRoad(const RoadPlane& road, const Pinhole& camera,
                                    const std::vector<cv::Point2f>& places);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_GUIDED_MATCH_H_

@@ -14,8 +14,7 @@
 //
 // No value is given if the pose was not found or the point lies at the point of expansion.
 // Reference: Klappstein, Stein & Franke (2006), positive depth constraint.
-#ifndef EGOSIEVE_VISION_EVIDENCE_NEGATIVE_DEPTH_H_
-#define EGOSIEVE_VISION_EVIDENCE_NEGATIVE_DEPTH_H_
+#pragma once
 
 #include <Eigen/Core>
 
@@ -36,5 +35,3 @@ SignedFlow MeasureSignedFlow(const Pinhole& camera, const RelativePose& pose,
                              const PointPair& pair);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_NEGATIVE_DEPTH_H_

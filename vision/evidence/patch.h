@@ -1,6 +1,5 @@
 // Patches of grey pictures. Patches are compared after subtracting the mean.
-#ifndef EGOSIEVE_VISION_EVIDENCE_PATCH_H_
-#define EGOSIEVE_VISION_EVIDENCE_PATCH_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <array>
@@ -66,5 +65,3 @@ auto TakeProjected(const cv::Mat& picture, const ProjectedPlaces& places) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_PATCH_H_

@@ -26,8 +26,7 @@
 // a strong edge changes much within half a pixel. S is sampled at the scale that its depth implies.
 // The prior probabilities of the inverse depth and of the motion are left out, because they apply
 // once to a whole surface, not to each point. (S2) is a plane sweep for points that seem to move.
-#ifndef EGOSIEVE_VISION_EVIDENCE_PHOTOMETRIC_SUPPORT_H_
-#define EGOSIEVE_VISION_EVIDENCE_PHOTOMETRIC_SUPPORT_H_
+#pragma once
 
 #include <array>
 #include <opencv2/core.hpp>
@@ -84,5 +83,3 @@ class PhotometricSupport {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_PHOTOMETRIC_SUPPORT_H_

@@ -3,8 +3,7 @@
 //   x = K X / X_3,   K = [ f 0 c_x; 0 f c_y; 0 0 1 ]
 //
 // x in pixels, X in any unit of length.
-#ifndef EGOSIEVE_VISION_EVIDENCE_PINHOLE_H_
-#define EGOSIEVE_VISION_EVIDENCE_PINHOLE_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
@@ -41,5 +40,3 @@ struct Pinhole {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_PINHOLE_H_

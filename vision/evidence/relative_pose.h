@@ -23,8 +23,7 @@
 //
 // Cost: linear in the pairs, of which no more than 2000 are used.
 // References: Hartley & Zisserman, 2nd ed., 9.6; Nister (2004).
-#ifndef EGOSIEVE_VISION_EVIDENCE_RELATIVE_POSE_H_
-#define EGOSIEVE_VISION_EVIDENCE_RELATIVE_POSE_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -94,5 +93,3 @@ RelativePose Inverse(const RelativePose& pose);
 Eigen::Matrix3d RotationOf(const Eigen::Vector3d& w);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_RELATIVE_POSE_H_

@@ -6,8 +6,7 @@
 // d is the number of components in r (1: a distance to a line, 2: to a point), c_d the share of the
 // variance that remains after the cut: c_1 = 0.9112, c_2 = 0.8564. (SC2) removes most of the effect
 // of movers on the median. The cost is linear.
-#ifndef EGOSIEVE_VISION_EVIDENCE_RESIDUAL_SCALE_H_
-#define EGOSIEVE_VISION_EVIDENCE_RESIDUAL_SCALE_H_
+#pragma once
 
 #include <vector>
 
@@ -18,5 +17,3 @@ namespace egosieve::vision {
 double ResidualScale(std::vector<double> residuals, int dimensions, double floor);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_RESIDUAL_SCALE_H_

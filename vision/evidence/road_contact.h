@@ -23,8 +23,7 @@
 //
 // Without a plane all ratios are 0. Reference: Klappstein, Stein & Franke (2006), positive height
 // constraint.
-#ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_CONTACT_H_
-#define EGOSIEVE_VISION_EVIDENCE_ROAD_CONTACT_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <optional>
@@ -66,5 +65,3 @@ std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<Inver
                                   const ContactPictures* pictures);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_ROAD_CONTACT_H_

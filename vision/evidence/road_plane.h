@@ -14,8 +14,7 @@
 // Evidence from the road: road_contact.h.
 //
 // Reference: Klappstein, Stein & Franke (2006), positive height constraint.
-#ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_PLANE_H_
-#define EGOSIEVE_VISION_EVIDENCE_ROAD_PLANE_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -80,5 +79,3 @@ RoadPlane FitRoad(const std::vector<InverseDepth>& points, const RoadSlope& last
                   const IsSeenOffPlane& is_seen_off = nullptr);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_ROAD_PLANE_H_

@@ -9,8 +9,7 @@
 // The second condition is needed because flow is smooth: by neighbours alone a car would be joined
 // to the house behind it. Reference: Felzenszwalb & Huttenlocher (2004), the order of joining.
 // Cost: n log n.
-#ifndef EGOSIEVE_VISION_EVIDENCE_SURFACES_H_
-#define EGOSIEVE_VISION_EVIDENCE_SURFACES_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <utility>
@@ -49,5 +48,3 @@ std::vector<int> FindSurfaces(const Raster& raster, const std::vector<InverseDep
                               const std::vector<bool>& is_part);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_EVIDENCE_SURFACES_H_

@@ -4,8 +4,7 @@
 //   lambda(x) = min eig sum_{window} grad I grad I^T,
 //
 // refined to a fraction of a pixel by a parabola through lambda along x and along y.
-#ifndef EGOSIEVE_VISION_FEATURES_CORNER_DETECTOR_H_
-#define EGOSIEVE_VISION_FEATURES_CORNER_DETECTOR_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -22,5 +21,3 @@ struct Corner {
 std::vector<Corner> DetectCorners(const cv::Mat& grey, float minimum_response, int border);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FEATURES_CORNER_DETECTOR_H_

@@ -5,8 +5,7 @@
 //    return to within 0.3 pixels, or comes close to the picture's border.
 //
 // Reference: Bouguet (2001), pyramidal implementation of the tracker of Lucas & Kanade.
-#ifndef EGOSIEVE_VISION_FEATURES_CORNER_TRACKS_H_
-#define EGOSIEVE_VISION_FEATURES_CORNER_TRACKS_H_
+#pragma once
 
 #include <cstddef>
 #include <opencv2/core.hpp>
@@ -50,5 +49,3 @@ class CornerTracker {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FEATURES_CORNER_TRACKS_H_

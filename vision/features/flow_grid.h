@@ -16,8 +16,7 @@
 // searched for (flow_growth.h) if that is requested.
 //
 // Fields and pictures are sampled bilinearly. Cost: two flows, linear in the pixels.
-#ifndef EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
-#define EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -91,5 +90,3 @@ std::optional<cv::Point2f> FollowFlow(const cv::Mat& there, const cv::Mat& back,
 cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_

@@ -15,8 +15,7 @@
 //
 // until nothing changes, or for kMostSweeps sweeps. A correct match spreads over the object on
 // which it lies and stops at the object's edge, where patches of the object no longer agree.
-#ifndef EGOSIEVE_VISION_FEATURES_FLOW_GROWTH_H_
-#define EGOSIEVE_VISION_FEATURES_FLOW_GROWTH_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -31,5 +30,3 @@ int64_t GrowFlow(const cv::Mat& first, const cv::Mat& second, const FlowGridOpti
                  FlowPair& flow);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FEATURES_FLOW_GROWTH_H_

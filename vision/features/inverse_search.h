@@ -21,8 +21,7 @@
 // Gradients belong to I, so H is computed once (inverse compositional alignment). Cost: linear in
 // the pixels of the finest level. Reference: Kroeger, Timofte, Dai & Van Gool, Fast optical flow
 // using dense inverse search (ECCV 2016).
-#ifndef EGOSIEVE_VISION_FEATURES_INVERSE_SEARCH_H_
-#define EGOSIEVE_VISION_FEATURES_INVERSE_SEARCH_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -72,5 +71,3 @@ cv::Mat SearchFlow(const SearchPyramid& from, const SearchPyramid& to,
                    const InverseSearchOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FEATURES_INVERSE_SEARCH_H_

@@ -13,8 +13,7 @@
 //
 // Unlike a search along an epipolar line, it favours neither static nor moving points. Reach: 48
 // pixels sideways, 20 up and down. Cost: 48 x 21 displacements of 64 pixels per point.
-#ifndef EGOSIEVE_VISION_FEATURES_PATCH_SEARCH_H_
-#define EGOSIEVE_VISION_FEATURES_PATCH_SEARCH_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <optional>
@@ -29,5 +28,3 @@ std::vector<std::optional<cv::Point2f>> SearchPatches(const cv::Mat& from, const
                                                       int spacing);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FEATURES_PATCH_SEARCH_H_

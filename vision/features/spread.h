@@ -1,6 +1,5 @@
 // Chooses a number of features evenly over an image.
-#ifndef EGOSIEVE_VISION_FEATURES_SPREAD_H_
-#define EGOSIEVE_VISION_FEATURES_SPREAD_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -17,5 +16,3 @@ std::vector<int64_t> SpreadOverGrid(const std::vector<cv::Point2f>& positions,
                                     int cell_pixels, int64_t count);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FEATURES_SPREAD_H_

@@ -1,6 +1,5 @@
 // Videos and streams opened by libavformat, and what their containers say about themselves.
-#ifndef EGOSIEVE_VISION_FRAME_AV_INPUT_H_
-#define EGOSIEVE_VISION_FRAME_AV_INPUT_H_
+#pragma once
 
 #include <chrono>
 #include <memory>
@@ -60,5 +59,3 @@ bool EndsWithinAPart(const std::string& path);
 bool LacksSampleTable(const std::string& path);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_AV_INPUT_H_

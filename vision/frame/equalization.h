@@ -5,8 +5,7 @@
 //   kClahe    the same in tiles, with the histogram's slope clipped (Zuiderveld, 1994)
 //
 // The colour is kept: Y' replaces the luminance of Y Cr Cb.
-#ifndef EGOSIEVE_VISION_FRAME_EQUALIZATION_H_
-#define EGOSIEVE_VISION_FRAME_EQUALIZATION_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -32,5 +31,3 @@ cv::Mat EqualizeLuminance(const cv::Mat& image, const EqualizationOptions& optio
 cv::Mat EqualizedGrey(const cv::Mat& image, const EqualizationOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_EQUALIZATION_H_

@@ -15,8 +15,7 @@
 //
 // Empty lines, lines that begin with #, a byte order mark and a first line of column names are
 // skipped.
-#ifndef EGOSIEVE_VISION_FRAME_FILE_LIST_H_
-#define EGOSIEVE_VISION_FRAME_FILE_LIST_H_
+#pragma once
 
 #include <string>
 #include <vector>
@@ -46,5 +45,3 @@ absl::StatusOr<FileList> ReadFileList(const std::string& path);
 absl::StatusOr<std::vector<double>> ReadTimes(const std::string& path, size_t count);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_FILE_LIST_H_

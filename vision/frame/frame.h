@@ -1,6 +1,5 @@
 // One picture of a video, in the form that the whole library reads.
-#ifndef EGOSIEVE_VISION_FRAME_FRAME_H_
-#define EGOSIEVE_VISION_FRAME_FRAME_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -16,5 +15,3 @@ struct Frame {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_FRAME_H_

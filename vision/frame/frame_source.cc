@@ -1,26 +1,253 @@
 #include "vision/frame/frame_source.h"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
-#include "vision/frame/chapter_sequence.h"
 #include "vision/frame/file_list.h"
 #include "vision/frame/image_decoding.h"
-#include "vision/frame/image_sequence.h"
 #include "vision/frame/input_files.h"
 #include "vision/frame/live_stream.h"
 #include "vision/frame/video_file.h"
 
 namespace egosieve::vision {
 namespace {
+
+// Frames from picture files, in the order given. times_seconds: one per file; empty: times of the
+// nominal rate. remarks: those on the files (FrameSource::remarks). InvalidArgument if none of the
+// files can be read.
+
+namespace fs = std::filesystem;
+
+// The input if it is a folder, else the deepest folder that holds all files.
+fs::path RootOf(const std::string& input, const std::vector<std::string>& paths) {
+  std::error_code error;
+  if (fs::is_directory(input, error)) return input;
+  fs::path root = fs::path(paths.front()).parent_path();
+  for (const std::string& path : paths) {
+    const fs::path folder = fs::path(path).parent_path();
+    const auto end = std::mismatch(root.begin(), root.end(), folder.begin(), folder.end()).first;
+    fs::path shared;
+    for (auto part = root.begin(); part != end; ++part) shared /= *part;
+    root = shared;
+  }
+  return root;
+}
+
+std::string RemarkOnRange(const ValueRange& range) {
+  return absl::StrFormat(
+      "the pictures use a part of their range; values from %g to %g become 0 to 255, in all of "
+      "them alike",
+      range.low, range.high);
+}
+
+class ImageSequence : public FrameSource {
+ public:
+  ImageSequence(std::vector<std::string> paths, std::vector<double> times_seconds,
+                std::vector<std::string> remarks, const std::optional<ValueRange>& range,
+                std::string description, double rate_hz)
+      : paths_(std::move(paths)),
+        times_seconds_(std::move(times_seconds)),
+        remarks_(std::move(remarks)),
+        range_(range),
+        description_(std::move(description)),
+        rate_hz_(rate_hz),
+        root_(RootOf(description_, paths_)) {}
+
+  absl::StatusOr<FrameRead> Next() override {
+    const int64_t count = static_cast<int64_t>(paths_.size());
+    if (next_index_ >= count) return FrameRead(EndOfFrames{count, ""});
+    const int64_t index = next_index_;
+    absl::StatusOr<DecodedImage> decoded = DecodeImageFile(paths_[index], range_);
+    if (kernels::IsOfTheMachine(decoded.status())) return decoded.status();
+    ++next_index_;
+    if (!decoded.ok()) {
+      return FrameRead(DamagedFrame{index, std::string(decoded.status().message())});
+    }
+    Frame frame;
+    frame.index = index;
+    frame.time_seconds =
+        times_seconds_.empty() ? static_cast<double>(index) / rate_hz_ : times_seconds_[index];
+    frame.image = decoded->image;
+    frame.is_grey = decoded->is_grey;
+    return FrameRead(std::move(frame));
+  }
+
+  absl::Status SeekTo(int64_t index) override {
+    if (index < 0) return absl::InvalidArgumentError(absl::StrCat("frame index ", index, " < 0"));
+    next_index_ = index;
+    return absl::OkStatus();
+  }
+
+  int64_t next_index() const override { return next_index_; }
+  int64_t expected_frame_count() const override { return static_cast<int64_t>(paths_.size()); }
+  std::vector<std::string> files() const override { return paths_; }
+  std::string image_name(int64_t index) const override {
+    if (index < 0 || index >= expected_frame_count()) return FrameSource::image_name(index);
+    const fs::path path(paths_[index]);
+    return (root_.empty() ? path : path.lexically_relative(root_)).string();
+  }
+  std::string description() const override { return description_; }
+  std::vector<std::string> remarks() const override { return remarks_; }
+
+ private:
+  const std::vector<std::string> paths_;
+  const std::vector<double> times_seconds_;
+  const std::vector<std::string> remarks_;
+  const std::optional<ValueRange> range_;
+  const std::string description_;
+  const double rate_hz_;
+  const fs::path root_;
+  int64_t next_index_ = 0;
+};
+
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::string> paths,
+                                                               std::vector<double> times_seconds,
+                                                               std::vector<std::string> remarks,
+                                                               const std::string& description,
+                                                               const FrameSourceOptions& options) {
+  std::string first_reason;
+  for (const std::string& path : paths) {
+    const absl::StatusOr<DecodedImage> decoded = DecodeImageFile(path);
+    if (decoded.ok()) {
+      EGOSIEVE_ASSIGN_OR_RETURN(const auto range, RangeOfDrive(paths));
+      if (range) remarks.push_back(RemarkOnRange(*range));
+      return std::unique_ptr<FrameSource>(
+          new ImageSequence(std::move(paths), std::move(times_seconds), std::move(remarks), range,
+                            description, options.nominal_rate_hz));
+    }
+    if (kernels::IsOfTheMachine(decoded.status())) return decoded.status();
+    if (first_reason.empty()) first_reason = std::string(decoded.status().message());
+  }
+  return absl::InvalidArgumentError(absl::StrCat(
+      "none of the ", paths.size(), " picture files can be read; the first: ", first_reason,
+      "; give readable pictures"));
+}
+
+// One drive from several videos, in the order given. Each video is opened once to check that it can
+// be read; the others are left out, and the warning at the end names them. A chapter's first frame
+// follows the last frame of the previous chapter by that chapter's frame interval, since files do
+// not state how long the camera paused. The frames before an index are counted, not estimated.
+class ChapterSequence : public FrameSource {
+ public:
+  ChapterSequence(std::vector<std::string> paths, std::string description,
+                  FrameSourceOptions options, int64_t expected_frame_count,
+                  std::vector<std::string> warnings)
+      : paths_(std::move(paths)),
+        description_(std::move(description)),
+        options_(std::move(options)),
+        expected_frame_count_(expected_frame_count),
+        warnings_(std::move(warnings)) {}
+
+  absl::StatusOr<FrameRead> Next() override {
+    while (true) {
+      EGOSIEVE_RETURN_IF_ERROR(OpenChapter());
+      EGOSIEVE_ASSIGN_OR_RETURN(FrameRead read, source_->Next());
+      const Start& start = starts_[chapter_];
+      if (auto* frame = std::get_if<Frame>(&read)) {
+        frame->index += start.index;
+        frame->time_seconds += start.seconds;
+      } else if (auto* damaged = std::get_if<DamagedFrame>(&read)) {
+        damaged->index += start.index;
+      } else {
+        const auto& end = std::get<EndOfFrames>(read);
+        const Start next = {start.index + end.frame_count, start.seconds + end.end_seconds};
+        if (starts_.size() == chapter_ + 1) {
+          starts_.push_back(next);
+          if (!end.warning.empty()) warnings_.push_back(end.warning);
+        }
+        if (chapter_ + 1 == paths_.size()) {
+          return FrameRead(EndOfFrames{next.index, absl::StrJoin(warnings_, "; "), next.seconds});
+        }
+        ++chapter_;
+        source_.reset();
+        continue;
+      }
+      ++next_index_;
+      return read;
+    }
+  }
+
+  absl::Status SeekTo(int64_t index) override {
+    if (index < 0) return absl::InvalidArgumentError(absl::StrCat("frame index ", index, " < 0"));
+    next_index_ = index;
+    const auto behind = std::find_if(starts_.begin(), starts_.end(),
+                                     [&](const Start& s) { return s.index > index; });
+    const size_t chapter =
+        std::min<size_t>(behind - starts_.begin(), paths_.size()) - 1;  // the first starts at 0
+    if (source_ == nullptr || chapter != chapter_) {
+      chapter_ = chapter;
+      source_.reset();
+      return absl::OkStatus();
+    }
+    return source_->SeekTo(index - starts_[chapter_].index);
+  }
+
+  int64_t next_index() const override { return next_index_; }
+  int64_t expected_frame_count() const override { return expected_frame_count_; }
+  std::vector<std::string> files() const override { return paths_; }
+  std::string description() const override { return description_; }
+
+ private:
+  struct Start {
+    int64_t index = 0;
+    double seconds = 0.0;
+  };
+
+  absl::Status OpenChapter() {
+    if (source_ != nullptr) return absl::OkStatus();
+    EGOSIEVE_ASSIGN_OR_RETURN(source_, OpenVideoFile(paths_[chapter_], options_));
+    return source_->SeekTo(next_index_ - starts_[chapter_].index);
+  }
+
+  const std::vector<std::string> paths_;
+  const std::string description_;
+  const FrameSourceOptions options_;
+  const int64_t expected_frame_count_;
+  std::vector<Start> starts_ = {{}};  // of the chapters reached so far and of the next one
+  std::vector<std::string> warnings_;
+  size_t chapter_ = 0;
+  std::unique_ptr<FrameSource> source_;  // of chapter_; null until it is read
+  int64_t next_index_ = 0;
+};
+
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenChapters(std::vector<std::string> paths,
+                                                          const std::string& description,
+                                                          const FrameSourceOptions& options) {
+  int64_t expected = 0;
+  std::vector<std::string> readable, warnings;
+  absl::Status first_error;
+  for (const std::string& path : paths) {
+    const auto chapter = OpenVideoFile(path, options);
+    if (!chapter.ok()) {
+      if (kernels::IsOfTheMachine(chapter.status())) return chapter.status();
+      first_error.Update(chapter.status());
+      warnings.push_back(absl::StrCat(chapter.status().message(), "; it is left out"));
+      continue;
+    }
+    readable.push_back(path);
+    const int64_t count = (*chapter)->expected_frame_count();
+    expected = expected < 0 || count < 0 ? -1 : expected + count;
+  }
+  if (readable.empty()) return first_error;
+  return std::unique_ptr<FrameSource>(new ChapterSequence(std::move(readable), description, options,
+                                                          expected, std::move(warnings)));
+}
 
 namespace fs = std::filesystem;
 

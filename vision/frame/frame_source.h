@@ -10,8 +10,7 @@
 // input_files.h. Images of different sizes are delivered unchanged.
 //
 // The times of a video come from its stream. Frame counts in headers are only hints.
-#ifndef EGOSIEVE_VISION_FRAME_FRAME_SOURCE_H_
-#define EGOSIEVE_VISION_FRAME_FRAME_SOURCE_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -96,5 +95,3 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(
 bool NaturalLess(const std::string& a, const std::string& b);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_FRAME_SOURCE_H_

@@ -1,7 +1,6 @@
 // The area of the image that does not show the scene: the own vehicle (own_vehicle.h) or a user's
 // mask.
-#ifndef EGOSIEVE_VISION_FRAME_IGNORED_AREA_H_
-#define EGOSIEVE_VISION_FRAME_IGNORED_AREA_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -23,5 +22,3 @@ inline cv::Mat1b United(const cv::Mat1b& a, const cv::Mat1b& b) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_IGNORED_AREA_H_

@@ -6,8 +6,7 @@
 //   v' = 255 (v - low) / (high - low),  clamped to 0 .. 255
 //
 // low and high are the .001 and .999 quantiles of sampled values.
-#ifndef EGOSIEVE_VISION_FRAME_IMAGE_DECODING_H_
-#define EGOSIEVE_VISION_FRAME_IMAGE_DECODING_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <optional>
@@ -40,7 +39,7 @@ absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture,
                                           const std::optional<ValueRange>& range = {});
 
 // Errors of kernels/files/atomic_file.h if the file cannot be read. DataLoss, naming the file, if
-// it is empty, damaged, cut short (whole_picture.h) or not a picture.
+// it is empty, damaged, cut short or not a picture.
 absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path,
                                              const std::optional<ValueRange>& range = {});
 
@@ -51,5 +50,3 @@ absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path,
 absl::StatusOr<std::optional<ValueRange>> RangeOfDrive(const std::vector<std::string>& paths);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_IMAGE_DECODING_H_

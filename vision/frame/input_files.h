@@ -4,8 +4,7 @@
 // NAME.png or NAME.jpg.png beside NAME.jpg; smaller copies of the pictures of a folder X in a
 // folder X_2 beside it; pictures in formats that are not read; videos beside pictures. Hidden files
 // and folders are skipped.
-#ifndef EGOSIEVE_VISION_FRAME_INPUT_FILES_H_
-#define EGOSIEVE_VISION_FRAME_INPUT_FILES_H_
+#pragma once
 
 #include <string>
 #include <vector>
@@ -37,5 +36,3 @@ absl::StatusOr<InputFiles> FilesOfFolder(const std::string& folder);
 absl::StatusOr<InputFiles> FilesOfGlob(const std::string& pattern);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_INPUT_FILES_H_

@@ -3,8 +3,7 @@
 //
 // Delivered frames are not kept, except for the last: SeekTo goes forward by dropping frames, or
 // back to the last delivered frame. A stream has no length and no picture files.
-#ifndef EGOSIEVE_VISION_FRAME_LIVE_STREAM_H_
-#define EGOSIEVE_VISION_FRAME_LIVE_STREAM_H_
+#pragma once
 
 #include <memory>
 #include <string>
@@ -26,5 +25,3 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenLiveStream(const std::string& a
 std::string WithoutCredentials(const std::string& address);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_LIVE_STREAM_H_

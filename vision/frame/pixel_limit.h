@@ -1,8 +1,7 @@
 // The largest picture that is accepted: 2^27 pixels, four times those of 8K video (7680x4320) and
 // those of 15360x8640. A few kilobytes of PNG can contain a picture of gigabytes, which would fill
 // the memory or take hours.
-#ifndef EGOSIEVE_VISION_FRAME_PIXEL_LIMIT_H_
-#define EGOSIEVE_VISION_FRAME_PIXEL_LIMIT_H_
+#pragma once
 
 #include <cstdint>
 #include <string_view>
@@ -21,5 +20,3 @@ absl::Status CheckPixels(int64_t width_pixels, int64_t height_pixels);
 absl::Status CheckPixelsOfFile(std::string_view bytes);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_PIXEL_LIMIT_H_

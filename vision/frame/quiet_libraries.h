@@ -1,13 +1,10 @@
 // Keeps OpenCV and FFmpeg from writing to stderr, since our own statuses report their errors. The
 // environment variables OPENCV_LOG_LEVEL and OPENCV_FFMPEG_LOGLEVEL have precedence. Cheap after
 // the first call; thread-safe.
-#ifndef EGOSIEVE_VISION_FRAME_QUIET_LIBRARIES_H_
-#define EGOSIEVE_VISION_FRAME_QUIET_LIBRARIES_H_
+#pragma once
 
 namespace egosieve::vision {
 
 void QuietLibraries();
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_QUIET_LIBRARIES_H_

@@ -1,6 +1,5 @@
 // Pictures that a recording repeats byte for byte.
-#ifndef EGOSIEVE_VISION_FRAME_REPEATED_PICTURE_H_
-#define EGOSIEVE_VISION_FRAME_REPEATED_PICTURE_H_
+#pragma once
 
 #include <deque>
 #include <opencv2/core.hpp>
@@ -16,5 +15,3 @@ bool SamePixels(const cv::Mat& a, const cv::Mat& b);
 void AppendPicture(Frame frame, std::deque<Frame>& frames);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_REPEATED_PICTURE_H_

@@ -1,7 +1,6 @@
 // Every n-th frame of a source, with its index, time and name there. The pictures between are not
 // read; those of a video are decoded where it cannot seek over them.
-#ifndef EGOSIEVE_VISION_FRAME_STEPPED_FRAMES_H_
-#define EGOSIEVE_VISION_FRAME_STEPPED_FRAMES_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -35,5 +34,3 @@ class SteppedFrames : public FrameSource {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_STEPPED_FRAMES_H_

@@ -1,6 +1,5 @@
 // Videos and streams, decoded by FFmpeg.
-#ifndef EGOSIEVE_VISION_FRAME_VIDEO_FILE_H_
-#define EGOSIEVE_VISION_FRAME_VIDEO_FILE_H_
+#pragma once
 
 #include <memory>
 #include <string>
@@ -22,5 +21,3 @@ inline constexpr int kStreamTimeoutSeconds = 10;
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenStreamAsVideo(const std::string& address);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_VIDEO_FILE_H_

@@ -1,6 +1,5 @@
 // The positions of the frames of a video, read from its packets without decoding.
-#ifndef EGOSIEVE_VISION_FRAME_VIDEO_INDEX_H_
-#define EGOSIEVE_VISION_FRAME_VIDEO_INDEX_H_
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -40,5 +39,3 @@ class VideoIndex {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_VIDEO_INDEX_H_

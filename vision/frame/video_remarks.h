@@ -10,8 +10,7 @@
 //                  one and a gap is longer than kGapSeconds
 //
 // Videos with only ten or twelve bits per colour are read correctly, rounded to eight.
-#ifndef EGOSIEVE_VISION_FRAME_VIDEO_REMARKS_H_
-#define EGOSIEVE_VISION_FRAME_VIDEO_REMARKS_H_
+#pragma once
 
 #include <string>
 #include <vector>
@@ -27,5 +26,3 @@ inline constexpr double kGapSeconds = 3.0;
 std::vector<std::string> RemarksOnVideos(const std::vector<std::string>& paths);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_VIDEO_REMARKS_H_

@@ -1,8 +1,7 @@
 // Checks that a video just written is on the disk with all of its frames, since cv::VideoWriter
 // does not report failed writes. Syncs the file and reads its index, which is written last.
 // ResourceExhausted, naming the path, if it is not complete.
-#ifndef EGOSIEVE_VISION_FRAME_WRITTEN_VIDEO_H_
-#define EGOSIEVE_VISION_FRAME_WRITTEN_VIDEO_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -14,5 +13,3 @@ namespace egosieve::vision {
 absl::Status CheckWrittenVideo(const std::string& path, int64_t frames);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_FRAME_WRITTEN_VIDEO_H_

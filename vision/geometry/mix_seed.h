@@ -1,6 +1,5 @@
 // Seeds of random choices.
-#ifndef EGOSIEVE_VISION_GEOMETRY_MIX_SEED_H_
-#define EGOSIEVE_VISION_GEOMETRY_MIX_SEED_H_
+#pragma once
 
 #include <cstdint>
 
@@ -18,5 +17,3 @@ inline uint64_t MixSeed(uint64_t seed, uint64_t frame_index, uint64_t step) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_GEOMETRY_MIX_SEED_H_

@@ -1,6 +1,5 @@
 // The model of the camera's motion between two frames.
-#ifndef EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_H_
-#define EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -36,5 +35,3 @@ using MotionSelector =
     std::function<absl::StatusOr<MotionModel>(const std::vector<PointPair>& pairs, uint64_t seed)>;
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_H_

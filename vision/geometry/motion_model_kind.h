@@ -1,6 +1,5 @@
 // The effect of the camera's motion on the image of a static scene.
-#ifndef EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_KIND_H_
-#define EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_KIND_H_
+#pragma once
 
 namespace egosieve::vision {
 
@@ -26,5 +25,3 @@ inline const char* Name(MotionModelKind kind) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_KIND_H_

@@ -1,7 +1,6 @@
 // The same scene point in the two frames of a pair: (x1, y1) in the first, (x2, y2) in the second,
 // pixels.
-#ifndef EGOSIEVE_VISION_GEOMETRY_POINT_PAIR_H_
-#define EGOSIEVE_VISION_GEOMETRY_POINT_PAIR_H_
+#pragma once
 
 namespace egosieve::vision {
 
@@ -11,5 +10,3 @@ struct PointPair {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_GEOMETRY_POINT_PAIR_H_

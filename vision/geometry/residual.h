@@ -8,8 +8,7 @@
 //     (paper)
 //
 // References: Hartley & Zisserman, 2nd ed., 11.4.3.
-#ifndef EGOSIEVE_VISION_GEOMETRY_RESIDUAL_H_
-#define EGOSIEVE_VISION_GEOMETRY_RESIDUAL_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <vector>
@@ -31,5 +30,3 @@ std::vector<double> Residuals(MotionModelKind kind, const Eigen::Matrix3d& matri
                               const std::vector<PointPair>& pairs, EpipolarDistance distance);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_GEOMETRY_RESIDUAL_H_

@@ -10,8 +10,7 @@
 // (BI2) where they are equal. At the border positions are clamped, so that the outermost values go
 // on outside, or a sample outside is NaN; each function says which. Clamped positions must not be
 // NaN.
-#ifndef EGOSIEVE_VISION_IMAGE_BILINEAR_H_
-#define EGOSIEVE_VISION_IMAGE_BILINEAR_H_
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -84,5 +83,3 @@ inline float SampleOrNan(const cv::Mat& picture, double x, double y) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_IMAGE_BILINEAR_H_

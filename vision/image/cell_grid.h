@@ -2,8 +2,7 @@
 //
 // A position belongs to the cell that contains it; one beyond the outermost cells belongs to the
 // nearest of these, and one that is NaN to the first row or column.
-#ifndef EGOSIEVE_VISION_IMAGE_CELL_GRID_H_
-#define EGOSIEVE_VISION_IMAGE_CELL_GRID_H_
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -60,5 +59,3 @@ SquareCells<Side> CellsUpTo(Length x, Length y, Side side) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_IMAGE_CELL_GRID_H_

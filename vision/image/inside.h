@@ -1,6 +1,5 @@
 // Whether a position lies in a picture, whose pixels' centres are at whole numbers.
-#ifndef EGOSIEVE_VISION_IMAGE_INSIDE_H_
-#define EGOSIEVE_VISION_IMAGE_INSIDE_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -12,5 +11,3 @@ inline bool IsInside(double x, double y, cv::Size picture) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_IMAGE_INSIDE_H_

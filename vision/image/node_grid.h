@@ -1,7 +1,6 @@
 // The nodes of a regular grid over a picture: every stride-th column and row from stride / 2 on,
 // numbered row by row. Positions are in pixels; strides are positive.
-#ifndef EGOSIEVE_VISION_IMAGE_NODE_GRID_H_
-#define EGOSIEVE_VISION_IMAGE_NODE_GRID_H_
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -48,5 +47,3 @@ inline int64_t NearestNode(cv::Point2f place, cv::Size nodes, int stride_pixels)
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_IMAGE_NODE_GRID_H_

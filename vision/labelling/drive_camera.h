@@ -4,8 +4,7 @@
 // (own_vehicle.h). Points on it are left out of the rest: windows of pictures give the focal length
 // (bundle_adjustment.h), and the pairs give the direction of travel (travel_prior.h). The first
 // pass needs a recording; a live camera has none.
-#ifndef EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
-#define EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -44,5 +43,3 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
                                              const DriveCameraOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_

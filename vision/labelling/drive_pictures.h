@@ -3,8 +3,7 @@
 //
 // Pairs are about 0.08 s long. Windows (window_tracks.h) are spread over the drive and do not
 // overlap.
-#ifndef EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
-#define EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -51,5 +50,3 @@ absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
                                                 const DrivePicturesOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_

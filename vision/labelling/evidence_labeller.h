@@ -7,8 +7,7 @@
 //
 // Pictures are counted, not frame numbers: a repeated picture is not a step, and missing frames
 // make the step longer. Without links for a picture the tracks end.
-#ifndef EGOSIEVE_VISION_LABELLING_EVIDENCE_LABELLER_H_
-#define EGOSIEVE_VISION_LABELLING_EVIDENCE_LABELLER_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -105,5 +104,3 @@ class EvidenceLabeller {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_EVIDENCE_LABELLER_H_

@@ -1,7 +1,6 @@
 // The terms of evidence that labels use. Each is computed in vision/evidence; here they are named,
 // selected and described as text.
-#ifndef EGOSIEVE_VISION_LABELLING_EVIDENCE_TERMS_H_
-#define EGOSIEVE_VISION_LABELLING_EVIDENCE_TERMS_H_
+#pragma once
 
 #include <string>
 
@@ -29,5 +28,3 @@ std::string Describe(const EvidenceTerms& terms);
 absl::StatusOr<EvidenceTerms> ParseEvidenceTerms(absl::string_view text);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_EVIDENCE_TERMS_H_

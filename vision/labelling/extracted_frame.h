@@ -1,6 +1,5 @@
 // The data computed once from a single frame.
-#ifndef EGOSIEVE_VISION_LABELLING_EXTRACTED_FRAME_H_
-#define EGOSIEVE_VISION_LABELLING_EXTRACTED_FRAME_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -16,5 +15,3 @@ struct ExtractedFrame {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_EXTRACTED_FRAME_H_

@@ -1,7 +1,6 @@
 // Flows between the pictures of frames and the grids they track, each computed once, whichever
 // thread wants it first.
-#ifndef EGOSIEVE_VISION_LABELLING_FLOW_CACHE_H_
-#define EGOSIEVE_VISION_LABELLING_FLOW_CACHE_H_
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -49,5 +48,3 @@ class FlowCache {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_FLOW_CACHE_H_

@@ -19,8 +19,7 @@
 // they give another. A lens that zooms is not followed.
 //
 // State, as bytes: up to 7 windows of at most 17 KB each, and the window under way, at most 91 KB.
-#ifndef EGOSIEVE_VISION_LABELLING_FOCAL_LEARNER_H_
-#define EGOSIEVE_VISION_LABELLING_FOCAL_LEARNER_H_
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -89,5 +88,3 @@ class FocalLearner {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_FOCAL_LEARNER_H_

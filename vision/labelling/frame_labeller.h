@@ -14,8 +14,7 @@
 // from (seed, frame index).
 //
 // Results do not depend on the number of threads.
-#ifndef EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_H_
-#define EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -130,5 +129,3 @@ class FrameLabeller {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_H_

@@ -11,8 +11,7 @@
 // If that is close to zero, a longer gap gives no more parallax, only longer flow.
 //
 // The gap stays as it is while wanted / p moves by less than `margin` beyond it.
-#ifndef EGOSIEVE_VISION_LABELLING_GAP_CHOICE_H_
-#define EGOSIEVE_VISION_LABELLING_GAP_CHOICE_H_
+#pragma once
 
 namespace egosieve::vision {
 
@@ -32,5 +31,3 @@ void ObserveParallax(double parallax_pixels, int gap, int longest, const GapRule
                      GapState& state);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_GAP_CHOICE_H_

@@ -1,7 +1,6 @@
 // What every labeller does alike: the frame's grey picture, whether a pair can be labelled, and why
 // not.
-#ifndef EGOSIEVE_VISION_LABELLING_LABEL_OUTCOME_H_
-#define EGOSIEVE_VISION_LABELLING_LABEL_OUTCOME_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -52,5 +51,3 @@ void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result)
 std::string DoubtOf(const LabelledFrame& labels);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_LABEL_OUTCOME_H_

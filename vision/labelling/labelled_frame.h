@@ -1,6 +1,5 @@
 // Output of the front end: places in a frame with their probabilities of belonging to a mover.
-#ifndef EGOSIEVE_VISION_LABELLING_LABELLED_FRAME_H_
-#define EGOSIEVE_VISION_LABELLING_LABELLED_FRAME_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -84,5 +83,3 @@ struct LabelledFrame {
 std::vector<PointPair> PairsOf(const LabelledFrame& labels);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_LABELLED_FRAME_H_

@@ -6,8 +6,7 @@
 //
 // Numbers are little-endian as in memory. Each count precedes its items. Equal states give equal
 // bytes. About 3 MB at 1242 x 375.
-#ifndef EGOSIEVE_VISION_LABELLING_LABELLER_STATE_H_
-#define EGOSIEVE_VISION_LABELLING_LABELLER_STATE_H_
+#pragma once
 
 #include <optional>
 #include <string>
@@ -38,5 +37,3 @@ std::string ToBytes(const LabellerState& state);
 absl::StatusOr<LabellerState> FromBytes(absl::string_view bytes);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_LABELLER_STATE_H_

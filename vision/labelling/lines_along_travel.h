@@ -8,8 +8,7 @@
 // structure tensor of grey levels, a place is on such a line if it is below the horizon and
 //
 //   e'Se < kMostShare |e|^2 trace S,   trace S >= kLeastTexture                              (LT1)
-#ifndef EGOSIEVE_VISION_LABELLING_LINES_ALONG_TRAVEL_H_
-#define EGOSIEVE_VISION_LABELLING_LINES_ALONG_TRAVEL_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
@@ -39,5 +38,3 @@ bool SeemsNoNearerThanGround(const TwoViewMotion& motion, const Pinhole& camera,
                              cv::Point2f there);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_LINES_ALONG_TRAVEL_H_

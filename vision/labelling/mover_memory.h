@@ -3,8 +3,7 @@
 // mover that fills most of the picture is not mistaken for the static scene. Not used where the
 // first pass found that the camera is on a vehicle: then the direction of travel has the same
 // effect (travel_prior.h). Nor without the evidence term of accumulation.
-#ifndef EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
-#define EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
+#pragma once
 
 #include <cstddef>
 #include <opencv2/core.hpp>
@@ -47,5 +46,3 @@ class MoverMemory {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_

@@ -1,7 +1,6 @@
 // The pictures near a labelled frame: the places of its points in them, and the camera's motion to
 // them.
-#ifndef EGOSIEVE_VISION_LABELLING_OUTLOOK_H_
-#define EGOSIEVE_VISION_LABELLING_OUTLOOK_H_
+#pragma once
 
 #include <memory>
 #include <vector>
@@ -53,5 +52,3 @@ absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame
 MotionModel ModelOf(const TwoViewMotion& motion, const Pinhole& camera, int64_t pair_count);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_OUTLOOK_H_

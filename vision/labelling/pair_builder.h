@@ -1,6 +1,5 @@
 // Correspondences between two frames, from flow.
-#ifndef EGOSIEVE_VISION_LABELLING_PAIR_BUILDER_H_
-#define EGOSIEVE_VISION_LABELLING_PAIR_BUILDER_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -30,5 +29,3 @@ absl::StatusOr<FramePairs> BuildPairs(const ExtractedFrame& first, const Extract
 FlowGridOptions GridOptionsOf(const FrameLabellerOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_PAIR_BUILDER_H_

@@ -10,8 +10,7 @@
 // ahead from the first picture of a pair, and looking back from the second. Flows are not part of
 // the state, because the same pictures give the same flows. Motions are, because they depend on the
 // movers before the first picture.
-#ifndef EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
-#define EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
+#pragma once
 
 #include <cstdint>
 #include <map>
@@ -104,5 +103,3 @@ class PairMotions {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_

@@ -1,8 +1,7 @@
 // Places of a picture that agree with the drive's fixed pattern
 // (vision/own_vehicle/fixed_pattern.h): reflections, dirt on the windscreen, and parts of the own
 // vehicle that were not found as such.
-#ifndef EGOSIEVE_VISION_LABELLING_PATTERN_PLACES_H_
-#define EGOSIEVE_VISION_LABELLING_PATTERN_PLACES_H_
+#pragma once
 
 #include <memory>
 #include <opencv2/core.hpp>
@@ -27,5 +26,3 @@ class PatternPlaces {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_PATTERN_PLACES_H_

@@ -4,8 +4,7 @@
 //   x_full = (x + 1/2) / s - 1/2                                                           (RL1)
 //
 // With A the matrix of (RL1), a homography H becomes A H A^-1, a fundamental matrix F A^-T F A^-1.
-#ifndef EGOSIEVE_VISION_LABELLING_REDUCED_LABELS_H_
-#define EGOSIEVE_VISION_LABELLING_REDUCED_LABELS_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -29,5 +28,3 @@ PointPair EnlargePair(const PointPair& pair, cv::Size reduced, cv::Size full);
 void EnlargeLabels(cv::Size reduced, cv::Size full, LabelledFrame& labels);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_REDUCED_LABELS_H_

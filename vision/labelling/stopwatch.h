@@ -1,7 +1,6 @@
 // Time of the stages of a computation that follow each other: a lap for each, in milliseconds of a
 // clock that is never set back.
-#ifndef EGOSIEVE_VISION_LABELLING_STOPWATCH_H_
-#define EGOSIEVE_VISION_LABELLING_STOPWATCH_H_
+#pragma once
 
 #include <chrono>
 
@@ -22,5 +21,3 @@ class Stopwatch {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_STOPWATCH_H_

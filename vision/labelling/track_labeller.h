@@ -10,8 +10,7 @@
 //      fused into one probability per place                      evidence_labeller.h
 //
 // The state is about 3 MB (labeller_state.h).
-#ifndef EGOSIEVE_VISION_LABELLING_TRACK_LABELLER_H_
-#define EGOSIEVE_VISION_LABELLING_TRACK_LABELLER_H_
+#pragma once
 
 #include <algorithm>
 #include <deque>
@@ -171,5 +170,3 @@ class TrackLabeller : public FrameLabeller {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_TRACK_LABELLER_H_

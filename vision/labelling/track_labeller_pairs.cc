@@ -1,23 +1,123 @@
 // The steps of track_labeller.h after extraction: labels from tracks and the pictures ahead.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "vision/evidence/evidence_accumulator.h"
+#include "vision/evidence/pinhole.h"
+#include "vision/frame/ignored_area.h"
 #include "vision/geometry/mix_seed.h"
-#include "vision/labelling/frame_step.h"
+#include "vision/geometry/motion_model.h"
+#include "vision/geometry/residual.h"
+#include "vision/image/inside.h"
+#include "vision/labelling/evidence_labeller.h"
+#include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/frame_labeller.h"
+#include "vision/labelling/labelled_frame.h"
 #include "vision/labelling/lines_along_travel.h"
-#include "vision/labelling/place_labels.h"
+#include "vision/labelling/outlook.h"
 #include "vision/labelling/stopwatch.h"
 #include "vision/labelling/track_labeller.h"
+#include "vision/trajectory/camera_step.h"
 #include "vision/trajectory/ground_bound.h"
+#include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
 namespace {
+
+// The camera's step from the frame before.
+
+// Motions of a frame to the pictures near it.
+struct FrameViews {
+  int64_t index_before = 0, index = 0;   // in the input: of the frame before and of this one
+  int gap = 1;                           // frame gap of `world`
+  const TwoViewMotion* world = nullptr;  // from the frame `gap` before; null: not trusted
+  const View* behind = nullptr;          // to the frame before; read if `gap` is more than 1
+  const Outlook* outlook = nullptr;
+};
+
+// The step is unknown without `world`, or if `behind` is needed and was not found.
+CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& points,
+                  const Pinhole& camera) {
+  if (views.world == nullptr) return {};
+  if (views.gap > 1 && views.behind->frame == nullptr) return {};
+  const Eigen::Matrix3d rotation = views.gap > 1
+                                       ? Eigen::Matrix3d(views.behind->motion.rotation.transpose())
+                                       : views.world->rotation;
+  const Outlook& outlook = *views.outlook;
+  const bool is_far = outlook.far.frame != nullptr;
+  const View& ahead = outlook.longest();
+  StepViews step;
+  step.behind = views.world;
+  step.pictures_behind = views.gap;
+  if (ahead.frame != nullptr) {
+    step.ahead = &ahead.motion;
+    const double steps = static_cast<double>(ahead.frame->frame.index - views.index) /
+                         static_cast<double>(views.index - views.index_before);
+    step.pictures_ahead = std::max(1, static_cast<int>(std::lround(steps)));
+  }
+  for (const TrackedPoint& point : points) {
+    const cv::Point2f there = is_far ? point.far_ahead : point.near_ahead;
+    const cv::Point2f now = point.evidence.now, before = point.evidence.before;
+    if (!point.is_textured || !point.evidence.HasBefore() || !std::isfinite(there.x)) continue;
+    step.places.push_back({{before.x, before.y, now.x, now.y}, {now.x, now.y, there.x, there.y}});
+  }
+  return MeasureStep(rotation, step, camera);
+}
+
+// Fills in the places of a labelled frame and their probabilities from evidence along tracks
+// (vision/evidence/fusion.h). Places outside of the picture and places without a probability are
+// counted as discarded.
+
+// evidence: one per point. Nodes of the flow grid in options.ignored are labelled static.
+void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint>& points,
+                     const MotionModel& model, const EvidenceResult& evidence,
+                     const FrameLabellerOptions& options, LabelledFrame& result) {
+  result.noise_pixels = evidence.noise_pixels;
+  // A distance to a line checks one direction of two: a single place may pass by chance.
+  const bool needs_support = model.kind == MotionModelKind::kFundamental;
+  const auto add = [&](cv::Point2f now, cv::Point2f before, double probability, EvidenceTerm by) {
+    const PointPair pair{before.x, before.y, now.x, now.y};
+    result.positions.insert(result.positions.end(), {now.x, now.y});
+    const bool paired = std::isfinite(before.x) && model.kind != MotionModelKind::kNone;
+    const cv::Point2f other = paired ? before : now;
+    result.other_positions.insert(result.other_positions.end(), {other.x, other.y});
+    result.probability.push_back(probability);
+    result.residual_pixels.push_back(
+        paired ? Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0] : 0.0);
+    result.decided_by.push_back(by);
+  };
+  for (size_t i = 0; i < points.size(); ++i) {
+    const PointEvidence& point = evidence.points[i];
+    const cv::Point2f now = points[i].evidence.now;
+    if (!point.judged || (needs_support && !points[i].is_supported) ||
+        !IsInside(now.x, now.y, frame.grey.size())) {
+      ++result.discarded_count;
+      continue;
+    }
+    add(now, points[i].evidence.before, point.probability, point.decided_by);
+  }
+  for (const GuidedPlace& place : evidence.standing) {
+    add(place.now, place.before, evidence.standing_probability, EvidenceTerm::kEpipolar);
+  }
+  const int stride = options.flow_stride_pixels;
+  for (int y = stride / 2; y < frame.grey.rows && !options.ignored.empty(); y += stride) {
+    for (int x = stride / 2; x < frame.grey.cols; x += stride) {
+      if (!IsIgnored(options.ignored, frame.grey.size(), x, y)) continue;
+      const cv::Point2f place(static_cast<float>(x), static_cast<float>(y));
+      add(place, place, 0.0, EvidenceTerm::kEpipolar);
+    }
+  }
+  result.outcome = LabelOutcome::kLabelled;
+}
 
 constexpr uint64_t kGeometryStep = 1;
 constexpr int kNoGap = 1 << 20;        // longer than any track

@@ -4,8 +4,7 @@
 // A window lasts at least 0.6 s, until the points have moved by a fortieth of the pictures' longer
 // side, and at most 2 s or 37 pictures. Five of its pictures are kept besides the first, evenly
 // spread over it.
-#ifndef EGOSIEVE_VISION_LABELLING_WINDOW_TRACKS_H_
-#define EGOSIEVE_VISION_LABELLING_WINDOW_TRACKS_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -65,5 +64,3 @@ class WindowTracks {
 TrackWindow EnlargeTracks(const KeptTracks& kept, cv::Size reduced, cv::Size full);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_LABELLING_WINDOW_TRACKS_H_

@@ -14,8 +14,7 @@
 // References: Orchard & Bouman, Color quantization of images (1991), for the first parts; Rother, Kolmogorov & Blake, GrabCut (2004), for mixtures as a term of a
 // segmentation; Papazoglou & Ferrari, Fast object segmentation in unconstrained video (2013), for
 // one model per shot.
-#ifndef EGOSIEVE_VISION_MASKS_COLOUR_MODEL_H_
-#define EGOSIEVE_VISION_MASKS_COLOUR_MODEL_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -39,5 +38,3 @@ std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& colours,
                                       const ColourModelOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_COLOUR_MODEL_H_

@@ -13,8 +13,7 @@
 //
 // Reference: Min, Choi, Lu, Ham, Sohn & Do, Fast global image smoothing based on weighted least
 // squares (2014).
-#ifndef EGOSIEVE_VISION_MASKS_EDGE_REFINEMENT_H_
-#define EGOSIEVE_VISION_MASKS_EDGE_REFINEMENT_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -45,5 +44,3 @@ cv::Mat1f LogOdds(const cv::Mat1f& probability);
 cv::Mat1f Probability(const cv::Mat1f& log_odds);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_EDGE_REFINEMENT_H_

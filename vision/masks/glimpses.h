@@ -5,8 +5,7 @@
 //
 // So a glimpse is an error of the map: what moves is in view for twice as long. A view of 70
 // degrees is 7 m wide at a distance of 5 m, which a car of 4 m crosses in 0.5 s at 22 m/s.
-#ifndef EGOSIEVE_VISION_MASKS_GLIMPSES_H_
-#define EGOSIEVE_VISION_MASKS_GLIMPSES_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -22,5 +21,3 @@ void DropGlimpses(const std::vector<uint16_t>& first_seen, const cv::Mat1w& next
                   cv::Mat1w& numbers);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_GLIMPSES_H_

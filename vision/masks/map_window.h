@@ -12,8 +12,7 @@
 // an edge in a single frame can cause.
 //
 // A frame's result depends only on the frames of the window, not on the number of threads.
-#ifndef EGOSIEVE_VISION_MASKS_MAP_WINDOW_H_
-#define EGOSIEVE_VISION_MASKS_MAP_WINDOW_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -66,5 +65,3 @@ std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int 
                                     const MapWindowOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_MAP_WINDOW_H_

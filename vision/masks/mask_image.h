@@ -6,8 +6,7 @@
 //           edge_refinement.h, since the smoother there leaves streaks of one pixel         (I1)
 //   number  of a pixel of the mask: that of the nearest numbered pixel at working resolution, at
 //           most three of its pixels away; without one the pixel is removed from the mask    (I2)
-#ifndef EGOSIEVE_VISION_MASKS_MASK_IMAGE_H_
-#define EGOSIEVE_VISION_MASKS_MASK_IMAGE_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -29,5 +28,3 @@ cv::Mat1b SmallMask(const cv::Mat1b& mask, cv::Size size);
 cv::Mat1w NumberPixels(const cv::Mat1w& small, cv::Mat1b& mask);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_MASK_IMAGE_H_

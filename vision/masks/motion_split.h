@@ -16,8 +16,7 @@
 //
 // References: Wang & Adelson (1994), layers of motion; Ochs, Malik & Brox (2014), motion over more
 // than two frames.
-#ifndef EGOSIEVE_VISION_MASKS_MOTION_SPLIT_H_
-#define EGOSIEVE_VISION_MASKS_MOTION_SPLIT_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <optional>
@@ -50,5 +49,3 @@ std::optional<double> MotionDistance(const MovingCells& cells, const std::vector
                                      const std::vector<int>& whole, double share);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_MOTION_SPLIT_H_

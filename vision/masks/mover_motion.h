@@ -9,8 +9,7 @@
 // Without it, a region that covers two movers would be fitted by a shear.
 //
 // Units: pixels. Cost: linear in the points.
-#ifndef EGOSIEVE_VISION_MASKS_MOVER_MOTION_H_
-#define EGOSIEVE_VISION_MASKS_MOVER_MOTION_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -31,5 +30,3 @@ MoverMotion FitMotion(const std::vector<cv::Point2f>& places,
                       const std::vector<cv::Point2f>& displacements, double scale);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_MOVER_MOTION_H_

@@ -19,8 +19,7 @@
 // explains are not movers.
 //
 // A tracker that was restored from its text continues with identical results.
-#ifndef EGOSIEVE_VISION_MASKS_MOVER_TRACKER_H_
-#define EGOSIEVE_VISION_MASKS_MOVER_TRACKER_H_
+#pragma once
 
 #include <cstdint>
 #include <map>
@@ -110,5 +109,3 @@ class MoverTracker {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_MOVER_TRACKER_H_

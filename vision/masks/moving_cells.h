@@ -6,8 +6,7 @@
 //               1.2 pixels in each step                                                      (MC1)
 //
 // Movers that touch and move alike between two frames separate over more frames.
-#ifndef EGOSIEVE_VISION_MASKS_MOVING_CELLS_H_
-#define EGOSIEVE_VISION_MASKS_MOVING_CELLS_H_
+#pragma once
 
 #include <cstdint>
 #include <map>
@@ -43,5 +42,3 @@ CellsByNumber CellsOf(const MovingCells& cells, const cv::Mat1w& numbers);
 std::vector<int> CellsIn(const MovingCells& cells, const cv::Mat1b& region);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_MOVING_CELLS_H_

@@ -17,8 +17,7 @@
 // follow it spread from a mover to the one behind it.
 //
 // References: Jojic & Frey (2001), layers; Rhemann et al. (2011), filtering of costs.
-#ifndef EGOSIEVE_VISION_MASKS_PIXEL_ASSIGNMENT_H_
-#define EGOSIEVE_VISION_MASKS_PIXEL_ASSIGNMENT_H_
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -66,5 +65,3 @@ cv::Mat1w AssignPixels(const AssignmentPictures& pictures, const cv::Mat1w& last
                        const AssignmentOptions& options = {});
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_PIXEL_ASSIGNMENT_H_

@@ -1,6 +1,5 @@
 // Connected regions of masks and of pictures of numbers.
-#ifndef EGOSIEVE_VISION_MASKS_REGIONS_H_
-#define EGOSIEVE_VISION_MASKS_REGIONS_H_
+#pragma once
 
 #include <cstdint>
 #include <map>
@@ -28,5 +27,3 @@ void FillNearest(const cv::Mat1b& region, cv::Mat1w& numbers);
 cv::Mat1b RingAround(const cv::Mat1b& region, int reach);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_REGIONS_H_

@@ -19,8 +19,7 @@
 //
 // References: Boykov & Kolmogorov (2004) for maximum flow, by OpenCV; Papazoglou & Ferrari, Fast
 // object segmentation in unconstrained video (2013).
-#ifndef EGOSIEVE_VISION_MASKS_SHOT_SEGMENTATION_H_
-#define EGOSIEVE_VISION_MASKS_SHOT_SEGMENTATION_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -51,5 +50,3 @@ std::vector<cv::Mat1f> SegmentShot(const std::vector<ShotFrame>& frames,
                                    const ShotSegmentationOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_SHOT_SEGMENTATION_H_

@@ -6,8 +6,7 @@
 //   stray    a piece that is apart from the largest piece of its number, or much smaller than it
 //
 // An object that occludes a mover and cuts it in two, such as a pole, is narrower than the parts.
-#ifndef EGOSIEVE_VISION_MASKS_STRAY_PIECES_H_
-#define EGOSIEVE_VISION_MASKS_STRAY_PIECES_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 
@@ -35,5 +34,3 @@ class RegionLabels {
 void DropStrays(const RegionLabels& regions, int min_pixels, cv::Mat1w& numbers);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_STRAY_PIECES_H_

@@ -12,8 +12,7 @@
 // This is a weighted mean of log odds. The weights decrease with time and where flow does not hold,
 // and nothing is taken over at a cut. A frame without a map of its own, such as the first, gets
 // those of its neighbours; where these have no weight either, its log odds are 0.
-#ifndef EGOSIEVE_VISION_MASKS_TEMPORAL_LINK_H_
-#define EGOSIEVE_VISION_MASKS_TEMPORAL_LINK_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -62,5 +61,3 @@ std::vector<cv::Mat1f> LinkMaps(const std::vector<LinkFrame>& frames,
                                 const TemporalLinkOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MASKS_TEMPORAL_LINK_H_

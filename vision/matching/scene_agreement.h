@@ -10,8 +10,7 @@
 // such as a bonnet or a logo, are found again after a cut, hence the areas. Either source suffices
 // for an area, since smooth pictures have few features, and flow is lost where displacements are
 // large.
-#ifndef EGOSIEVE_VISION_MATCHING_SCENE_AGREEMENT_H_
-#define EGOSIEVE_VISION_MATCHING_SCENE_AGREEMENT_H_
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -48,5 +47,3 @@ class SceneAgreement {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_MATCHING_SCENE_AGREEMENT_H_

@@ -6,8 +6,7 @@
 // probability is mostly a mislabelled part of the static scene; yet the rim and the textureless
 // parts of a mover have no higher probability either. Reference: Canny (1986), thresholding with
 // hysteresis.
-#ifndef EGOSIEVE_VISION_OBJECTS_MAP_OBJECTS_H_
-#define EGOSIEVE_VISION_OBJECTS_MAP_OBJECTS_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -40,5 +39,3 @@ std::vector<MapObject> FindObjects(const cv::Mat1f& probability,
                                    const ObjectThresholds& thresholds);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_OBJECTS_MAP_OBJECTS_H_

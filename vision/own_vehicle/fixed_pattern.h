@@ -12,8 +12,7 @@
 //
 // Pictures are reduced to at most 640 pixels. Reference for the median: Dekel, Rubinstein, Liu &
 // Freeman (2017), on watermarks.
-#ifndef EGOSIEVE_VISION_OWN_VEHICLE_FIXED_PATTERN_H_
-#define EGOSIEVE_VISION_OWN_VEHICLE_FIXED_PATTERN_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -57,5 +56,3 @@ class FixedPattern {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_OWN_VEHICLE_FIXED_PATTERN_H_

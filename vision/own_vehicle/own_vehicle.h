@@ -22,8 +22,7 @@
 //    the border of the image are added.
 //
 // Pictures are reduced to at most 640 pixels.
-#ifndef EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
-#define EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -95,5 +94,3 @@ cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld
                           const Pinhole& camera, const OwnVehicleOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_

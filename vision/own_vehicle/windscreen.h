@@ -9,8 +9,7 @@
 //
 // Matches within half a window of a patch are affected as well. Pictures are reduced as in
 // own_vehicle.h.
-#ifndef EGOSIEVE_VISION_OWN_VEHICLE_WINDSCREEN_H_
-#define EGOSIEVE_VISION_OWN_VEHICLE_WINDSCREEN_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -33,5 +32,3 @@ cv::Mat1b FindWindscreen(const FixedPlaces& places, const std::vector<cv::Mat1b>
                          const OwnVehicleOptions& fixed, const WindscreenOptions& options = {});
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_OWN_VEHICLE_WINDSCREEN_H_

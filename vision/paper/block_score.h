@@ -1,7 +1,6 @@
 // Scores of ransac.h from squared distances in float32, in blocks of pairs in plain arrays, so that
 // the compiler vectorises distances and sums.
-#ifndef EGOSIEVE_VISION_PAPER_BLOCK_SCORE_H_
-#define EGOSIEVE_VISION_PAPER_BLOCK_SCORE_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -46,5 +45,3 @@ Score ScoreInBlocks(int64_t begin, int64_t end, double threshold,
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_BLOCK_SCORE_H_

@@ -1,7 +1,6 @@
 // Exact nearest neighbours among SIFT descriptors of 128 bytes, by squared Euclidean distance in
 // whole numbers: the same on every machine. Cost: 2 n m 128 multiply-adds.
-#ifndef EGOSIEVE_VISION_PAPER_DESCRIPTOR_SEARCH_H_
-#define EGOSIEVE_VISION_PAPER_DESCRIPTOR_SEARCH_H_
+#pragma once
 
 #include <cstdint>
 #include <limits>
@@ -30,5 +29,3 @@ NearestBothWays SearchDescriptors(const uint8_t* a, int64_t rows, const uint8_t*
 int32_t SquaredDistance(const uint8_t* a, const uint8_t* b);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_DESCRIPTOR_SEARCH_H_

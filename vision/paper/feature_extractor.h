@@ -7,8 +7,7 @@
 //   4. descriptors of 4 x 4 x 8 gradient histograms, 8-bit
 //
 // Cost: 1-2 are linear in the pixels, 4 in the features. Results do not depend on `threads`.
-#ifndef EGOSIEVE_VISION_PAPER_FEATURE_EXTRACTOR_H_
-#define EGOSIEVE_VISION_PAPER_FEATURE_EXTRACTOR_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -24,5 +23,3 @@ namespace egosieve::vision {
 absl::StatusOr<FeatureSet> ExtractFeatures(const cv::Mat& grey, int threads);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_FEATURE_EXTRACTOR_H_

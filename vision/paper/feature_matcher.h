@@ -5,8 +5,7 @@
 //     mutual              each is the other's nearest
 //
 // Key points and corners are matched separately.
-#ifndef EGOSIEVE_VISION_PAPER_FEATURE_MATCHER_H_
-#define EGOSIEVE_VISION_PAPER_FEATURE_MATCHER_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -24,5 +23,3 @@ struct Match {
 std::vector<Match> MatchFeatures(const FeatureSet& first, const FeatureSet& second, int threads);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_FEATURE_MATCHER_H_

@@ -1,6 +1,5 @@
 // Features of one frame: positions with SIFT descriptors (Lowe, 2004).
-#ifndef EGOSIEVE_VISION_PAPER_FEATURE_SET_H_
-#define EGOSIEVE_VISION_PAPER_FEATURE_SET_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -25,5 +24,3 @@ struct FeatureSet {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_FEATURE_SET_H_

@@ -31,8 +31,7 @@
 //
 // Trust. Only a large share of the pairs distinguishes the camera's motion from an object's. So the
 // model is trusted if at least 0.3 of the pairs lie within 2 pixels of it.
-#ifndef EGOSIEVE_VISION_PAPER_MOTION_SELECTION_H_
-#define EGOSIEVE_VISION_PAPER_MOTION_SELECTION_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -49,5 +48,3 @@ absl::StatusOr<MotionModel> SelectMotion(const std::vector<PointPair>& pairs, ui
 absl::StatusOr<MotionModel> FitFundamental(const std::vector<PointPair>& pairs, uint64_t seed);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_MOTION_SELECTION_H_

@@ -6,8 +6,7 @@
 //     |d_i - d_j| <= tolerance + tolerance_slope |d_i|,   d = x2 - x1
 //
 // Cost: linear in the pairs times the neighbours of each.
-#ifndef EGOSIEVE_VISION_PAPER_NEIGHBOUR_AGREEMENT_H_
-#define EGOSIEVE_VISION_PAPER_NEIGHBOUR_AGREEMENT_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -29,5 +28,3 @@ std::vector<uint8_t> AgreesWithNeighbours(const std::vector<PointPair>& pairs,
                                           const NeighbourAgreementOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_NEIGHBOUR_AGREEMENT_H_

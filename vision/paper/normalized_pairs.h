@@ -8,8 +8,7 @@
 //
 // Stored as four arrays of floats for scoring. The error of float is under 1e-3 pixels at any image
 // size.
-#ifndef EGOSIEVE_VISION_PAPER_NORMALIZED_PAIRS_H_
-#define EGOSIEVE_VISION_PAPER_NORMALIZED_PAIRS_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -36,5 +35,3 @@ Eigen::Matrix3d FundamentalInPixels(const Eigen::Matrix3d& f, const NormalizedPa
 Eigen::Matrix3d HomographyInPixels(const Eigen::Matrix3d& h, const NormalizedPairs& pairs);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_NORMALIZED_PAIRS_H_

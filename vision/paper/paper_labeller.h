@@ -10,8 +10,7 @@
 //
 // Labels are places in the first frame of the pair. The paper names no largest distance. The state
 // is the frames alone.
-#ifndef EGOSIEVE_VISION_PAPER_PAPER_LABELLER_H_
-#define EGOSIEVE_VISION_PAPER_PAPER_LABELLER_H_
+#pragma once
 
 #include <deque>
 #include <memory>
@@ -58,5 +57,3 @@ class PaperLabeller : public FrameLabeller {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_PAPER_LABELLER_H_

@@ -13,8 +13,7 @@
 // it is clearly worse there than the best so far.
 //
 // Same pairs and seed: same bytes. Cost: an iteration is at most linear in the pairs.
-#ifndef EGOSIEVE_VISION_PAPER_RANSAC_H_
-#define EGOSIEVE_VISION_PAPER_RANSAC_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -44,5 +43,3 @@ absl::StatusOr<RansacResult> EstimateHomography(const std::vector<PointPair>& pa
                                                 const RansacOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_RANSAC_H_

@@ -1,6 +1,5 @@
 // The two models of ransac.h in normalised coordinates: minimal solvers, scores and refinement.
-#ifndef EGOSIEVE_VISION_PAPER_RANSAC_MODEL_H_
-#define EGOSIEVE_VISION_PAPER_RANSAC_MODEL_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -39,5 +38,3 @@ struct HomographyModel {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_RANSAC_MODEL_H_

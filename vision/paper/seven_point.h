@@ -7,8 +7,7 @@
 // The null space is computed by elimination with complete pivoting. A sample whose matrix has rank
 // below 7 to relative 1e-9 is degenerate (repeated pairs, collinear points, a rank-deficient
 // motion) and is rejected.
-#ifndef EGOSIEVE_VISION_PAPER_SEVEN_POINT_H_
-#define EGOSIEVE_VISION_PAPER_SEVEN_POINT_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <array>
@@ -35,5 +34,3 @@ int RealCubicRoots(const std::array<double, 4>& c, std::array<double, 3>& roots)
 bool OrientationsAgree(const Eigen::Matrix3d& f, const std::array<PointPair, 7>& pairs);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_SEVEN_POINT_H_

@@ -12,8 +12,7 @@
 //   h := h / |h|,   h := min(h, 0.2),   h := h / |h|,   byte = round(512 h), at most 255
 //
 // Cost: linear in the pixels and in the points. The result does not depend on `threads`.
-#ifndef EGOSIEVE_VISION_PAPER_SIFT_DESCRIBER_H_
-#define EGOSIEVE_VISION_PAPER_SIFT_DESCRIBER_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -48,5 +47,3 @@ class SiftDescriber {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_PAPER_SIFT_DESCRIBER_H_

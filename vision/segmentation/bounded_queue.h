@@ -1,7 +1,6 @@
 // A bounded first-in first-out queue between two threads. It holds at most `capacity` items, so
 // that a fast producer waits for a slow consumer.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_BOUNDED_QUEUE_H_
-#define EGOSIEVE_VISION_SEGMENTATION_BOUNDED_QUEUE_H_
+#pragma once
 
 #include <condition_variable>
 #include <cstddef>
@@ -67,5 +66,3 @@ class BoundedQueue {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_BOUNDED_QUEUE_H_

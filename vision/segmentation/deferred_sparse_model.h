@@ -6,8 +6,7 @@
 // depend on points and hyperparameters alone, not on their history.
 //
 // Not thread-safe, queries included; a posterior is thread-safe.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_DEFERRED_SPARSE_MODEL_H_
-#define EGOSIEVE_VISION_SEGMENTATION_DEFERRED_SPARSE_MODEL_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -57,5 +56,3 @@ class DeferredSparseModel {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_DEFERRED_SPARSE_MODEL_H_

@@ -4,8 +4,7 @@
 // than a pixel is from the points around it, and leave-one-out is underconfident. The fit is that
 // of probabilistic_least_squares.h, (LS2). It uses a sample of places that the model does not hold,
 // half of them from each class, reweighted to the frame's share of movers (the mean of its labels).
-#ifndef EGOSIEVE_VISION_SEGMENTATION_FRAME_CALIBRATION_H_
-#define EGOSIEVE_VISION_SEGMENTATION_FRAME_CALIBRATION_H_
+#pragma once
 
 #include <cstdint>
 
@@ -27,5 +26,3 @@ absl::StatusOr<gp::SquashParameters> FitSquashToFrame(const gp::Posterior& poste
                                                       const gp::SquashFitOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_FRAME_CALIBRATION_H_

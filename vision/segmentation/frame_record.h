@@ -1,6 +1,5 @@
 // The record of one frame: counts of points, state of the model, times. One line of frames.jsonl.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_FRAME_RECORD_H_
-#define EGOSIEVE_VISION_SEGMENTATION_FRAME_RECORD_H_
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -80,5 +79,3 @@ struct FrameRecord {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_FRAME_RECORD_H_

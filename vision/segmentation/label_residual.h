@@ -16,8 +16,7 @@
 // process approximations" (2007). It holds for that frame alone and is not learnt.
 //
 // m is kept on the grid of cells in steps of 1/12, one byte each, independent of the map's grid.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_
-#define EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -52,5 +51,3 @@ class LabelResidual {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_

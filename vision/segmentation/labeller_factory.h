@@ -1,6 +1,5 @@
 // Makes the labeller that the options name. The only place that knows the paper's front end.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_LABELLER_FACTORY_H_
-#define EGOSIEVE_VISION_SEGMENTATION_LABELLER_FACTORY_H_
+#pragma once
 
 #include <memory>
 
@@ -14,5 +13,3 @@ absl::StatusOr<std::unique_ptr<FrameLabeller>> MakeFrameLabeller(
     const FrameLabellerOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_LABELLER_FACTORY_H_

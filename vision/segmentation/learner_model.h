@@ -7,8 +7,7 @@
 //
 // Every change, Rebuild included, is a deterministic function of the model and its arguments: two
 // models that agree to the last bit still agree after the same changes.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_LEARNER_MODEL_H_
-#define EGOSIEVE_VISION_SEGMENTATION_LEARNER_MODEL_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -92,5 +91,3 @@ class LearnerModel {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_LEARNER_MODEL_H_

@@ -13,8 +13,7 @@
 // same place in frame after frame. Without dynamic labels so far nothing changes.
 //
 // The state is some thousand numbers, for any image size; places are relative to the image.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_LOCATION_PRIOR_H_
-#define EGOSIEVE_VISION_SEGMENTATION_LOCATION_PRIOR_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <string>
@@ -63,5 +62,3 @@ class LocationPrior {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_LOCATION_PRIOR_H_

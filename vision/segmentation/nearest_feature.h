@@ -1,6 +1,5 @@
 // Spreads values at features over an image: every grid pixel gets the value of its nearest feature.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_NEAREST_FEATURE_H_
-#define EGOSIEVE_VISION_SEGMENTATION_NEAREST_FEATURE_H_
+#pragma once
 
 #include <vector>
 
@@ -17,5 +16,3 @@ std::vector<float> SpreadToGrid(kernels::ConstMatrixView<double> positions,
                                 double otherwise = 0.0);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_NEAREST_FEATURE_H_

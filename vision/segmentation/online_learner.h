@@ -26,8 +26,7 @@
 // Step 2 and the paper's step 3 can be switched off. Without the paper's step 3 no prediction of
 // the grown model is needed. Steps 4 and 5 are then decided before points are added, so that the
 // factor does not grow by points that are dropped at once.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
-#define EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -151,5 +150,3 @@ class OnlineLearner {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_

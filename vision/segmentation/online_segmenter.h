@@ -13,8 +13,7 @@
 // after learning the pair that ends in t; frames before the first pair get the prior. No picture
 // content is an error: if nothing can be learnt from a frame, its map comes from the present model,
 // and the record gives the reason.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_ONLINE_SEGMENTER_H_
-#define EGOSIEVE_VISION_SEGMENTATION_ONLINE_SEGMENTER_H_
+#pragma once
 
 #include <memory>
 #include <string>
@@ -146,5 +145,3 @@ class OnlineSegmenter {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_ONLINE_SEGMENTER_H_

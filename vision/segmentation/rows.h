@@ -1,6 +1,5 @@
 // Rows of matrices and vectors, by index.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_ROWS_H_
-#define EGOSIEVE_VISION_SEGMENTATION_ROWS_H_
+#pragma once
 
 #include <cstdint>
 #include <type_traits>
@@ -45,5 +44,3 @@ inline std::vector<int64_t> Complement(int64_t count, absl::Span<const int64_t> 
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_ROWS_H_

@@ -1,6 +1,5 @@
 // The result for one frame: probability and uncertainty on a grid over its pixels.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_MAP_H_
-#define EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_MAP_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -28,5 +27,3 @@ struct SegmentationMap {
 double ExpectedOverlap(const std::vector<float>& probability);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_MAP_H_

@@ -8,8 +8,7 @@
 // There is one thread per stage and a bounded queue between neighbouring stages, so that every
 // stage sees the frames in order. The results are those of the same calls one after the other, byte
 // for byte. Only in labelling and learning does a frame's result depend on the frames before it.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_PIPELINE_H_
-#define EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_PIPELINE_H_
+#pragma once
 
 #include <cstdint>
 #include <functional>
@@ -76,5 +75,3 @@ absl::StatusOr<PipelineSummary> RunPipeline(FrameSource& source, OnlineSegmenter
                                             const SegmentedFrameSink& sink);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_PIPELINE_H_

@@ -1,6 +1,5 @@
 // Adds the wall-clock time of its scope to a counter.
-#ifndef EGOSIEVE_VISION_SEGMENTATION_STAGE_TIMER_H_
-#define EGOSIEVE_VISION_SEGMENTATION_STAGE_TIMER_H_
+#pragma once
 
 #include <chrono>
 
@@ -24,5 +23,3 @@ class StageTimer {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SEGMENTATION_STAGE_TIMER_H_

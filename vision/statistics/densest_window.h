@@ -1,7 +1,6 @@
 // The mode of sorted values: the first window of a given width that holds the most of them.
 // Cost: linear.
-#ifndef EGOSIEVE_VISION_STATISTICS_DENSEST_WINDOW_H_
-#define EGOSIEVE_VISION_STATISTICS_DENSEST_WINDOW_H_
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -24,5 +23,3 @@ inline ValueWindow DensestWindow(const std::vector<double>& sorted, double width
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_STATISTICS_DENSEST_WINDOW_H_

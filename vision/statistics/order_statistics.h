@@ -7,8 +7,7 @@
 // The interpolated median of an even number is the mean of the two in the middle.
 //
 // There is at least one value, and none is NaN. What is "in place" changes the values' order.
-#ifndef EGOSIEVE_VISION_STATISTICS_ORDER_STATISTICS_H_
-#define EGOSIEVE_VISION_STATISTICS_ORDER_STATISTICS_H_
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -48,5 +47,3 @@ inline double InterpolatedMedian(std::vector<double> values) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_STATISTICS_ORDER_STATISTICS_H_

@@ -3,8 +3,7 @@
 //   sigma = max(floor, 1.4826 median |x - m|),   1 / 1.4826: the 0.75 quantile of N(0, 1)    (MD1)
 //
 // Outliers hardly count. Reference: Rousseeuw & Croux, JASA 88 (1993), section 1. Cost: linear.
-#ifndef EGOSIEVE_VISION_STATISTICS_ROBUST_SCALE_H_
-#define EGOSIEVE_VISION_STATISTICS_ROBUST_SCALE_H_
+#pragma once
 
 #include <algorithm>
 #include <utility>
@@ -23,5 +22,3 @@ double RobustScale(std::vector<T> distances, double floor) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_STATISTICS_ROBUST_SCALE_H_

@@ -10,8 +10,7 @@
 // from the road's unevenness, a jolt at a bump, and pitch under acceleration. In a hand the camera
 // sways in all three angles, bobs with the steps, and may shake in all six degrees of freedom a few
 // times per second.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_CAMERA_H_
-#define EGOSIEVE_VISION_SYNTHETIC_CAMERA_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -61,5 +60,3 @@ struct CameraRig {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_CAMERA_H_

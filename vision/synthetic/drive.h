@@ -7,8 +7,7 @@
 //   (DR3) s(t)   = s_0 + integral of (DR2): exact, quadratic between keys
 //
 // Everything is a closed form of t, so that any frame can be rendered without the frames before it.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_DRIVE_H_
-#define EGOSIEVE_VISION_SYNTHETIC_DRIVE_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <vector>
@@ -82,5 +81,3 @@ class Drive {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_DRIVE_H_

@@ -2,8 +2,7 @@
 // lettered signs on the ground floor, doors, posters and graffiti. Windows have frames, curtains,
 // blinds and reflections of their own. Everything is drawn from hashes of the house, the wall, the
 // floor and the bay, so that all windows differ.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_FACADE_H_
-#define EGOSIEVE_VISION_SYNTHETIC_FACADE_H_
+#pragma once
 
 #include <cstdint>
 
@@ -33,5 +32,3 @@ SurfaceColor FacadeColor(const Wall& wall, float u, float v, float footprint);
 float Lettering(float u, float v, uint32_t seed, float footprint);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_FACADE_H_

@@ -1,7 +1,6 @@
 // The road's surface: asphalt with repairs, cracks, stains, manholes and litter. Where the street
 // grid has them there are lane markings, parking lines, zebra crossings and stop lines, all worn.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_GROUND_H_
-#define EGOSIEVE_VISION_SYNTHETIC_GROUND_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -31,5 +30,3 @@ float Speckles(float x, float y, uint32_t seed, float cell, float density, float
 float Litter(float x, float y, uint32_t seed, float coarsest, float density, float footprint);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_GROUND_H_

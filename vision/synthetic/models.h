@@ -1,7 +1,6 @@
 // Models of street objects, built of primitives. Each stands on z = 0 of its own frame, x forward,
 // y to the left, and is placed by a rigid motion of the plane.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_MODELS_H_
-#define EGOSIEVE_VISION_SYNTHETIC_MODELS_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -51,5 +50,3 @@ Color PaintColor(uint32_t seed);
 Color ClothColor(uint32_t seed);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_MODELS_H_

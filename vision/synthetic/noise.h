@@ -10,8 +10,7 @@
 //
 // Reference: Ebert et al., Texturing and Modeling: A Procedural Approach, 3rd ed., chapters 2
 // and 6.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_NOISE_H_
-#define EGOSIEVE_VISION_SYNTHETIC_NOISE_H_
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -94,5 +93,3 @@ struct FractalBand {
 float FractalNoise(float x, float y, uint32_t seed, float footprint, const FractalBand& band);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_NOISE_H_

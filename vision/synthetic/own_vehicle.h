@@ -10,8 +10,7 @@
 //
 // Pixels of bonnet, bracket and the stamp's box belong to the own vehicle; those of the reflection
 // belong to the world.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_OWN_VEHICLE_H_
-#define EGOSIEVE_VISION_SYNTHETIC_OWN_VEHICLE_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -44,5 +43,3 @@ class OwnVehicle {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_OWN_VEHICLE_H_

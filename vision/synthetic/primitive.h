@@ -16,8 +16,7 @@
 //
 // Faces are numbered: boxes 0..5 = -x, +x, -y, +y, -z, +z; cylinders 0 side, 1 bottom, 2 top;
 // ellipsoids 0; profiles: the polygon's edges in order, then -y, +y.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_PRIMITIVE_H_
-#define EGOSIEVE_VISION_SYNTHETIC_PRIMITIVE_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -104,5 +103,3 @@ struct Hit {
 bool Intersect(const Primitive& primitive, const Ray& ray, double t_min, Hit* hit);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_PRIMITIVE_H_

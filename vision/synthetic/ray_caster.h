@@ -6,8 +6,7 @@
 //
 // `lit` is 0 in the shadow of any primitive and follows the clouds otherwise. All functions are
 // const and may be called from several threads.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_RAY_CASTER_H_
-#define EGOSIEVE_VISION_SYNTHETIC_RAY_CASTER_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -101,5 +100,3 @@ class RayCaster {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_RAY_CASTER_H_

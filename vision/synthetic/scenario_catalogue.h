@@ -1,6 +1,5 @@
 // The named scenarios.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_SCENARIO_CATALOGUE_H_
-#define EGOSIEVE_VISION_SYNTHETIC_SCENARIO_CATALOGUE_H_
+#pragma once
 
 #include <cstdint>
 #include <string_view>
@@ -23,5 +22,3 @@ const SceneRecipe* FindRecipe(std::string_view name);
 Scene BuildScene(const SceneRecipe& recipe, uint64_t seed, double duration_seconds);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_SCENARIO_CATALOGUE_H_

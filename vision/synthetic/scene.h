@@ -1,7 +1,6 @@
 // Contents of one synthetic drive: scenery, movable objects, the camera and the light. Plain data;
 // a pure function of scenario, seed and options.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_SCENE_H_
-#define EGOSIEVE_VISION_SYNTHETIC_SCENE_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -55,5 +54,3 @@ struct Scene {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_SCENE_H_

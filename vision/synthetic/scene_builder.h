@@ -3,8 +3,7 @@
 // The camera drives east (along x) on street j = 0. Seconds count from the first frame. A mover is
 // added only if it keeps clear of the camera and of all movers added before it for the whole drive.
 // Otherwise it is left out, so that crowded scenes stay plausible.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_SCENE_BUILDER_H_
-#define EGOSIEVE_VISION_SYNTHETIC_SCENE_BUILDER_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -81,5 +80,3 @@ class SceneBuilder {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_SCENE_BUILDER_H_

@@ -7,8 +7,7 @@
 //
 // So only those primitives can shade P whose box, projected down along the same direction, covers
 // G. The grid holds these footprints in square cells: a query reads one cell.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_SHADOW_GRID_H_
-#define EGOSIEVE_VISION_SYNTHETIC_SHADOW_GRID_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -42,5 +41,3 @@ class ShadowGrid {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_SHADOW_GRID_H_

@@ -4,12 +4,11 @@
 // A frame is ray-cast (ray_caster.h); truth is taken where the ray through a pixel's centre meets
 // the scene. Pixels whose neighbours see another surface or shadow are smoothed by four more rays;
 // the others evaluate their texture at four points. Motion blur, lens, noise and response follow
-// (sensor.h). In a drive with its own vehicle in view (own_vehicle.h), the own vehicle's pixels are
+// (street.cc). In a drive with its own vehicle in view (own_vehicle.h), the own vehicle's pixels are
 // void in the mask. Shadows, also moving ones, belong to the surface that they fall on. A frame is
 // a pure function of scenario, seed, options and its index; earlier frames and the number of
 // threads have no influence.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_STREET_H_
-#define EGOSIEVE_VISION_SYNTHETIC_STREET_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -126,5 +125,3 @@ absl::StatusOr<Scenario> MakeScenario(std::string_view name, uint64_t seed,
                                       const ScenarioOptions& options = {});
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_STREET_H_

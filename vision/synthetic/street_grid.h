@@ -4,8 +4,7 @@
 // = 0. Streets run along x at y = j pitch_y and along y at x = i pitch_x, for all integers i, j.
 // From the centre line of a street outwards lie a driving lane, a parking strip, the kerb, the
 // pavement and the houses, on both sides. Traffic keeps to the right.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_STREET_GRID_H_
-#define EGOSIEVE_VISION_SYNTHETIC_STREET_GRID_H_
+#pragma once
 
 #include <cmath>
 
@@ -23,5 +22,3 @@ inline constexpr double kParkingCentre = (kLaneWidth + kKerb) / 2;
 inline double NearestMultiple(double x, double pitch) { return pitch * std::round(x / pitch); }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_STREET_GRID_H_

@@ -1,7 +1,6 @@
 // Albedo and emitted light where a ray meets a primitive. They are drawn from the primitive's
 // appearance and the point in its own frame, so that texture moves with its object.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_SURFACE_H_
-#define EGOSIEVE_VISION_SYNTHETIC_SURFACE_H_
+#pragma once
 
 #include "vision/synthetic/facade.h"
 #include "vision/synthetic/ground.h"
@@ -13,5 +12,3 @@ namespace egosieve::vision {
 SurfaceColor SurfaceAt(const Primitive& primitive, const Hit& hit, float footprint, float texture);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_SURFACE_H_

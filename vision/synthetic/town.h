@@ -1,6 +1,5 @@
 // Fills the street grid with houses, pavements, trees, lamps, signs and parked cars.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_TOWN_H_
-#define EGOSIEVE_VISION_SYNTHETIC_TOWN_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -25,5 +24,3 @@ void AppendTown(const TownOptions& options, const std::vector<Eigen::Vector2d>& 
                 Scene* scene);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_TOWN_H_

@@ -4,8 +4,7 @@
 // primitive is listed in the tiles that the projection of its bounding box touches (grown by a
 // pixel), with the smallest depth of the box. Once a hit is nearer than the next entry's depth, the
 // rest of the list can be skipped.
-#ifndef EGOSIEVE_VISION_SYNTHETIC_VISIBILITY_H_
-#define EGOSIEVE_VISION_SYNTHETIC_VISIBILITY_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -43,5 +42,3 @@ class TileVisibility {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_SYNTHETIC_VISIBILITY_H_

@@ -16,8 +16,7 @@
 // the others get new ids (when driving forward, the image expands and parents have several). Cost:
 // 16 interpolations per node. Memory is bounded by the grid, about 160 bytes per node. state() is
 // the complete state: a tracker restored from it continues with the same bits.
-#ifndef EGOSIEVE_VISION_TRACKING_GRID_TRACKER_H_
-#define EGOSIEVE_VISION_TRACKING_GRID_TRACKER_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -82,5 +81,3 @@ class GridTracker {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_TRACKING_GRID_TRACKER_H_

@@ -1,7 +1,6 @@
 // One scene point followed through consecutive frames. A track may have any length; its places in
 // the last kTrackHistory frames are kept.
-#ifndef EGOSIEVE_VISION_TRACKING_TRACK_H_
-#define EGOSIEVE_VISION_TRACKING_TRACK_H_
+#pragma once
 
 #include <algorithm>
 #include <array>
@@ -49,5 +48,3 @@ inline absl::Status CheckTracks(const char* state, const std::vector<Track>& tra
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_TRACKING_TRACK_H_

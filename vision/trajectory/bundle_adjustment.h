@@ -31,8 +31,7 @@
 //
 // References: Triggs, McLauchlan, Hartley & Fitzgibbon (2000); Hartley & Zisserman, 2nd ed., 19.
 // Ceres solves each problem on one thread, so that the result is the same each time.
-#ifndef EGOSIEVE_VISION_TRAJECTORY_BUNDLE_ADJUSTMENT_H_
-#define EGOSIEVE_VISION_TRAJECTORY_BUNDLE_ADJUSTMENT_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
@@ -62,5 +61,3 @@ struct AdjustedLens {
 AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_TRAJECTORY_BUNDLE_ADJUSTMENT_H_

@@ -17,8 +17,7 @@
 // their product drifts. The logarithms of the lengths are smoothed over the drive, forwards and
 // backwards (Rauch, Tung & Striebel, 1965). They change by log(onward), or follow a random walk
 // where that is not known, and the ground observes them                                    (CS3)
-#ifndef EGOSIEVE_VISION_TRAJECTORY_CAMERA_STEP_H_
-#define EGOSIEVE_VISION_TRAJECTORY_CAMERA_STEP_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -63,5 +62,3 @@ CameraStep MeasureStep(const Eigen::Matrix3d& rotation, const StepViews& views,
 std::vector<Eigen::Isometry3d> ChainSteps(const std::vector<CameraStep>& steps);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_TRAJECTORY_CAMERA_STEP_H_

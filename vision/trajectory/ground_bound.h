@@ -13,8 +13,7 @@
 // Objects on the ground occlude it, so r >= r_ground for every static point. g is the mode of r /
 // (p_y - tau_y / tau_z) over points with parallax: the points of the ground agree, those of a wall
 // do not. The bound is only `kGroundShare` of g, since ground slopes down and cameras roll.
-#ifndef EGOSIEVE_VISION_TRAJECTORY_GROUND_BOUND_H_
-#define EGOSIEVE_VISION_TRAJECTORY_GROUND_BOUND_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <vector>
@@ -53,5 +52,3 @@ double LeastInverseDepth(double ground_slope, const Eigen::Vector2d& ray,
                          const Eigen::Vector3d& tau);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_TRAJECTORY_GROUND_BOUND_H_

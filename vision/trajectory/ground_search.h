@@ -28,8 +28,7 @@
 // the speeds. L is divided by the number of pictures, since each picture enters that many
 // likelihoods of the drive. The hypothesis without ground takes every cell for an object with any
 // v'. Reference: Neidell & Taner (1971), semblance.
-#ifndef EGOSIEVE_VISION_TRAJECTORY_GROUND_SEARCH_H_
-#define EGOSIEVE_VISION_TRAJECTORY_GROUND_SEARCH_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
@@ -61,5 +60,3 @@ struct GroundSearchView {
 SpeedLikelihood LikelihoodOfSpeeds(const GroundSearchView& view);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_TRAJECTORY_GROUND_SEARCH_H_

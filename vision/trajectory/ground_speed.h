@@ -14,8 +14,7 @@
 // L is the log-likelihood of ground_search.h. It is divided by kFrameCorrelation, since consecutive
 // pairs of pictures repeat each other's errors. The ground is forgotten where the pictures do not
 // show it for a while. Otherwise the static scene would seem to move when the camera stops.
-#ifndef EGOSIEVE_VISION_TRAJECTORY_GROUND_SPEED_H_
-#define EGOSIEVE_VISION_TRAJECTORY_GROUND_SPEED_H_
+#pragma once
 
 #include <array>
 
@@ -51,5 +50,3 @@ class GroundSpeed {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_TRAJECTORY_GROUND_SPEED_H_

@@ -12,8 +12,7 @@
 //   log f = -log m - s^2 / (2 sigma^2) + log(E / 2),   q = sqrt(2 / pi) / E                (PP4)
 //
 // without cancellation. Several values of s are evaluated together to fill vector registers.
-#ifndef EGOSIEVE_VISION_TRAJECTORY_PARALLAX_PRIOR_H_
-#define EGOSIEVE_VISION_TRAJECTORY_PARALLAX_PRIOR_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <array>
@@ -75,5 +74,3 @@ ParallaxDensity<kLanes> EvaluateParallax(const Lanes<kLanes>& s, const Lanes<kLa
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_TRAJECTORY_PARALLAX_PRIOR_H_

@@ -10,8 +10,7 @@
 // Mean mu, concentration k and share w are estimated by expectation maximisation. For a hand-held
 // camera w is small and log q is about zero everywhere. Reference: Banerjee et al. (2005),
 // clustering on the unit hypersphere using von Mises-Fisher distributions.
-#ifndef EGOSIEVE_VISION_TRAJECTORY_TRAVEL_PRIOR_H_
-#define EGOSIEVE_VISION_TRAJECTORY_TRAVEL_PRIOR_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <vector>
@@ -40,5 +39,3 @@ struct TravelPrior {
 TravelPrior FitTravelPrior(const std::vector<Eigen::Vector3d>& directions);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_TRAJECTORY_TRAVEL_PRIOR_H_

@@ -42,8 +42,7 @@
 // Cost: linear in the pairs, of which no more than `max_pairs` are used. References: Irani &
 // Anandan (1998) on plane and parallax; Fermueller & Aloimonos (1998) on the search over directions
 // of translation.
-#ifndef EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_
-#define EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cmath>
@@ -143,5 +142,3 @@ PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
                             const PointPair& pair, bool is_bounded = true);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_

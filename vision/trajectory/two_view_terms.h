@@ -1,6 +1,5 @@
 // (TV2) to (TV5) of two_view_motion.h for a few pairs of rays at a time. Internal to it.
-#ifndef EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_TERMS_H_
-#define EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_TERMS_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -177,5 +176,3 @@ inline State StateOf(const TwoViewMotion& motion) {
 }
 
 }  // namespace egosieve::vision::two_view
-
-#endif  // EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_TERMS_H_

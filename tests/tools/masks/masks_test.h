@@ -11,7 +11,7 @@
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/run_command.h"
-#include "tools/masks/masks_command.h"
+#include "tools/cli/command.h"
 
 namespace egosieve::tools {
 

@@ -19,7 +19,7 @@
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/run_command.h"
-#include "tools/masks/masks_command.h"
+#include "tools/cli/command.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {

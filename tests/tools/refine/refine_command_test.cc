@@ -1,5 +1,3 @@
-#include "tools/refine/refine_command.h"
-
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -11,6 +9,7 @@
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/run_command.h"
+#include "tools/refine/refine_flags.h"
 #include "tools/refine/refine_run.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/folder_lock.h"

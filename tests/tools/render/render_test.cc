@@ -6,8 +6,8 @@
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/run_command.h"
+#include "tools/cli/command.h"
 #include "tools/render/overlay.h"
-#include "tools/render/render_command.h"
 #include "tools/render/render_run.h"
 
 namespace egosieve::tools {

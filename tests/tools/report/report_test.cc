@@ -7,9 +7,9 @@
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/run_command.h"
+#include "tools/cli/command.h"
 #include "tools/report/chart.h"
 #include "tools/report/page.h"
-#include "tools/report/report_command.h"
 #include "tools/report/timeline.h"
 
 namespace egosieve::tools {

@@ -1,0 +1,169 @@
+#!/usr/bin/env python3
+"""Measures the figures of docs/results.md at the present commit, and writes the page.
+
+    ./run results                  all: docs/results.json, then the page from docs/results.template.md; about half an hour
+    ./run results davis demo       these alone; the page says where another commit gave the others
+    ./run results --page           the page alone, from results.json
+
+results.json has the commit, the machine, and of each measurement its command and its figures. Real data: $EGOSIEVE_DATA, else
+../shared/data; without them only the synthetic measurements are made.
+"""
+
+import argparse
+import json
+import os
+import platform
+import re
+import shlex
+import subprocess
+import time
+from datetime import date
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+OUT = ROOT / "out" / "results"
+DATA = Path(os.environ.get("EGOSIEVE_DATA", ROOT.parent / "shared" / "data"))
+EVALUATE = "tools/evaluate/egosieve-eval"
+SUITE = f"{EVALUATE} suite {{data}}/%s --max-frames=24 --no-plots -q --out={{out}}/%s"
+
+
+def suite(name):
+    """Means over the sequences, the worst, and what the flagged frames are worth."""
+    table = json.loads((OUT / name / "suite.json").read_text())
+    group = next(g for g in table["groups"] if g["group"] == "all")["figures"]
+    figures = {f"{k}_{which}": v[which] for k, v in group.items() if v for which in ("mean", "median", "least")}
+    found = sorted((s["mask_j"], s["sequence"]) for s in table["sequences"] if s["mask_j"] is not None)
+    figures["worst_j"] = ", ".join(f"{sequence} {j:.2f}" for j, sequence in found[:5])
+    figures["sequences"] = len(table["sequences"])
+    figures["auc_by_sequence"] = ", ".join(f"{s['sequence']} {s['mean_auc']:.3f}" for s in table["sequences"])
+    figures["j_by_sequence"] = ", ".join(f"{sequence} {j:.2f}" for j, sequence in sorted(found, key=lambda f: f[1]))
+    return figures
+
+
+def doubt(name):
+    """How the maps' expected IoU ranks bad masks, as the suite's table says it."""
+    text = (OUT / f"{name}.log").read_text()
+    found = re.search(r"(\d+) of (\d+) frames have a mask J below 0.3; .* AUC of ([\d.]+):.*below 0.4 ([\d.]+) of these and ([\d.]+)", text)
+    return dict(zip(("bad", "frames", "auc", "flagged_of_bad", "flagged_of_others"), map(float, found.groups()))) if found else {}
+
+
+def boxes(name):
+    """Moving vehicles whose boxes are marked, and the area marked outside all boxes."""
+    scores = json.loads((OUT / name / "further.json").read_text())["boxes"]
+    vehicles = scores["kinds"]["moving vehicle"]["all"]
+    return {"marked": vehicles["marked"], "boxes": vehicles["boxes"], "outside_percent": 100 * scores["outside_marked_share"]}
+
+
+def profiles(name):
+    """Seconds per frame of each profile."""
+    found = json.loads((OUT / f"{name}.log").read_text())
+    return {p["profile"]: p["seconds_per_frame"] for p in found} | {
+        f"{p['profile']}_processor": p["processor_seconds_per_frame"] for p in found
+    }
+
+
+def benchmarks(name):
+    """Rates of Google Benchmark, in units of 1e9 per second, by name."""
+    found = json.loads((OUT / f"{name}.log").read_text())["benchmarks"]
+    return {re.sub(r"\W+", "_", b["name"]): b.get("items_per_second", 0.0) / 1e9 for b in found}
+
+
+def methods(name):
+    """AUC and J of each method of compare.py."""
+    table = json.loads((OUT / name / "compare.json").read_text())
+    return {f"{m['method']}_{key}": m[key] for m in table for key in ("auc", "j")}
+
+
+def clock(name):
+    """Nothing but the seconds, which all have."""
+    return {}
+
+
+# name: what it runs, and how its figures are read. The run's own seconds are always among them.
+MEASUREMENTS = {
+    "davis_train": (SUITE % ("davis-train", "davis_train"), lambda n: suite(n) | doubt(n)),
+    "davis": (SUITE % ("davis", "davis"), suite),
+    "real": (SUITE % ("", "real"), suite),
+    "live": (SUITE % ("", "live") + " --no-masks --segment-flags='--ahead=0 --no_first_pass'", suite),
+    "dashcam": (
+        "{program} segment {data}/highway/dashcam_reflections.mp4 --out={out}/dashcam --overwrite --progress=none && "
+        f"{EVALUATE} {{out}}/dashcam --boxes=tests/tools/evaluate/labels/dashcam_reflections.csv --no-plots -q",
+        boxes,
+    ),
+    "drives": (
+        "for s in street junction dashcam; do {program} synthesize --scenario=$s --seed=101 --frames=40 --out={out}/fresh/$s "
+        f"--overwrite --progress=none || exit 1; done; {EVALUATE} suite {{out}}/fresh --no-plots -q --out={{out}}/drives",
+        suite,
+    ),
+    "compare": (
+        "mkdir -p {out}/two && ln -sfn $(realpath {data}/davis-train/hike) {out}/two/hike && "
+        "ln -sfn $(realpath {data}/davis-train/bus) {out}/two/bus && "
+        "tools/evaluate/compare.py {out}/two --max_frames=12 --out={out}/compare",
+        methods,
+    ),
+    "first_mask": ("rm -rf {out}/cows; {program} run {data}/davis/cows/frames --out={out}/cows --progress=none", clock),
+    "speed": ("bench/drive/bench_drive.py --frames=60 --profiles=default,fast,opencv", profiles),
+    "gp": (
+        "{bench} --benchmark_filter='BM_DensePosterior(Mean|Variance)' --benchmark_format=json",
+        benchmarks,
+    ),
+    "kills": ("{kill_soak} --seconds=300", clock),
+}
+
+
+def machine():
+    """The processor's name as the system gives it, its cores, and whether it has AVX-512."""
+    cpu = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    name = re.search(r"model name\s*: (.*)", cpu)
+    return f"{os.cpu_count()} cores, {name.group(1) if name else platform.machine()}, {'AVX-512' if 'avx512f' in cpu else 'no AVX-512'}"
+
+
+def measure(name, record):
+    """One measurement, into the record; its output in out/results/NAME.log."""
+    template, read = MEASUREMENTS[name]
+    names = {"program": "bazel-bin/tools/egosieve", "bench": "bazel-bin/bench/bench", "kill_soak": "bazel-bin/tests/tools/faults/kill_soak"}
+    command = template.format(data=shlex.quote(os.path.relpath(DATA, ROOT)), out="out/results", **names)
+    start = time.monotonic()
+    with open(OUT / f"{name}.log", "w") as log:
+        environment = os.environ | {"EGOSIEVE_DATA": str(DATA), "EGOSIEVE_PROGRAM": str(ROOT / names["program"])}
+        done = subprocess.run(["bash", "-c", command], cwd=ROOT, env=environment, stdout=log, stderr=subprocess.STDOUT if read is clock else None, check=False)
+    if done.returncode not in (0, 4):
+        raise SystemExit(f"results: {name}: exit code {done.returncode}: {command}")
+    seconds = time.monotonic() - start
+    commit = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    record[name] = {"command": command, "commit": commit, "date": str(date.today()), "machine": machine(), "load": os.getloadavg()[0],
+                    "figures": {"seconds": seconds, "last_line": (OUT / f"{name}.log").read_text().strip().split("\n")[-1][:200], **read(name)}}  # fmt: skip
+    print(f"results: {name}, {seconds:.0f} s", flush=True)
+
+
+def write_page(record):
+    """docs/results.md."""
+    states = {(m["commit"], m["date"], m["machine"]) for m in record.values()}
+    told = "; ".join(f"commit {commit}, {day}, {where}" for commit, day, where in sorted(states))
+    values = {name: {"command": m["command"].replace("bazel-bin/tools/egosieve", "./run"), **m["figures"]} for name, m in record.items()}
+    rates = "\n".join(f"| {name} | {rate:.2f} |" for name, rate in values["gp"].items() if name.startswith("BM_"))
+    hours = 36e6 * values["speed"]["default_processor"] / 3600
+    page = (ROOT / "docs" / "results.template.md").read_text().format(state=told, gp_rows=rates, thousand=f"{hours:,.0f}", **values)
+    (ROOT / "docs" / "results.md").write_text(page)
+
+
+def main():
+    """Measures what is asked and writes both files."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(MEASUREMENTS))
+    parser.add_argument("--page", action="store_true", help="write the page alone")
+    options = parser.parse_args()
+    if unknown := set(options.names) - set(MEASUREMENTS):
+        parser.error(f"no measurement {', '.join(sorted(unknown))}")
+    file = ROOT / "docs" / "results.json"
+    record = json.loads(file.read_text()) if file.exists() else {}
+    OUT.mkdir(parents=True, exist_ok=True)
+    for name in [] if options.page else options.names or MEASUREMENTS:
+        if "{data}" not in MEASUREMENTS[name][0] or DATA.is_dir():
+            measure(name, record)
+            file.write_text(json.dumps(record, indent=1) + "\n")
+    write_page(record)
+
+
+if __name__ == "__main__":
+    main()
