@@ -206,23 +206,21 @@ def feature_names(values):
     return np.asarray(list(names), dtype=object)
 
 
-def queries(estimator, values, count):
-    """X as matrix() gives it, with the features that the estimator was fitted with, in the same order."""
+def queries(estimator, values, name="X"):
+    """Rows as matrix() gives them; of a fitted estimator with the features that it was fitted with, in the same order."""
+    if not estimator._is_fitted():
+        return matrix(name, values)
     known, given = getattr(estimator, "feature_names_in_", None), feature_names(values)
+    kind, count = type(estimator).__name__, estimator.n_features_in_
     if given is not None and known is None:
-        warnings.warn(f"X has feature names, but {type(estimator).__name__} was fitted without feature names", stacklevel=3)
+        warnings.warn(f"X has feature names, but {kind} was fitted without feature names", stacklevel=3)
     elif known is not None and given is None and hasattr(values, "shape"):
-        warnings.warn(
-            f"X does not have valid feature names, but {type(estimator).__name__} was fitted with feature names",
-            stacklevel=3,
-        )
+        warnings.warn(f"X does not have valid feature names, but {kind} was fitted with feature names", stacklevel=3)
     elif known is not None and given is not None and list(known) != list(given):
         raise ValueError(_differences(list(known), list(given)))
-    X = matrix("X", values)
+    X = matrix(name, values)
     if X.shape[1] != count:
-        raise ValueError(
-            f"X has {X.shape[1]} features, but {type(estimator).__name__} is expecting {count} features as input"
-        )
+        raise ValueError(f"{name} has {X.shape[1]} features, but {kind} is expecting {count} features as input")
     return X
 
 

@@ -97,7 +97,7 @@ class GaussianProcessClassifier(Classifier):
         """Probabilities of the classes in the order of classes_, of shape (n_queries, n_classes)."""
         if not self._is_fitted():
             raise arguments.not_fitted(self)
-        X = arguments.queries(self, X, self.n_features_in_)
+        X = arguments.queries(self, X)
         if len(self.models_) == 1:
             return self.models_[0].predict_proba(X)
         of_each = np.stack([model.predict_proba(X)[:, 1] for model in self.models_], axis=1)

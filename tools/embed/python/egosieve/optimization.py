@@ -23,7 +23,7 @@ class Interruptible:
         if self._former is not None:
             signal.signal(signal.SIGINT, self._former)
         if self._came:
-            raise KeyboardInterrupt
+            raise KeyboardInterrupt from None
 
     def _note(self, *_):
         self._came = True
