@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "arrays.hpp"
@@ -117,8 +116,11 @@ struct Likelihood {
 };
 
 /** A model that learns. Calls on one model wait for each other. */
-class GaussianProcess {
+class GaussianProcess : public Predictor<egosieve_gp, egosieve_gp_free, egosieve_gp_predict,
+                                         egosieve_gp_predict_grid, egosieve_gp_predict_image> {
  public:
+  using Predictor::Predictor;
+
   /** Creates a model without points: the prior. */
   static Result<GaussianProcess> Create(const GaussianProcessOptions& options) {
     egosieve_gp_options c;
@@ -138,32 +140,22 @@ class GaussianProcess {
     c.approximation = static_cast<egosieve_approximation>(options.approximation);
     c.inducing_points = options.inducing_points;
     egosieve_gp* handle = nullptr;
-    return Own(egosieve_gp_create(&c, &handle), handle);
+    return internal::Own<GaussianProcess>(egosieve_gp_create(&c, &handle), handle);
   }
   /** Reads a model file. */
   static Result<GaussianProcess> Load(const std::string& path, const std::string& device = "") {
     egosieve_gp* handle = nullptr;
-    return Own(egosieve_gp_load(path.c_str(), device.c_str(), &handle), handle);
+    return internal::Own<GaussianProcess>(egosieve_gp_load(path.c_str(), device.c_str(), &handle),
+                                          handle);
   }
   /** Creates a model from the bytes of Serialize(). */
   static Result<GaussianProcess> Deserialize(const std::string& bytes,
                                              const std::string& device = "") {
     egosieve_gp* handle = nullptr;
     const auto size = static_cast<int64_t>(bytes.size());
-    return Own(egosieve_gp_deserialize(bytes.data(), size, device.c_str(), &handle), handle);
+    return internal::Own<GaussianProcess>(
+        egosieve_gp_deserialize(bytes.data(), size, device.c_str(), &handle), handle);
   }
-
-  /** Takes ownership of the handle. */
-  explicit GaussianProcess(egosieve_gp* handle) : handle_(handle) {}
-  /** Takes the other's handle. */
-  GaussianProcess(GaussianProcess&& other) noexcept
-      : handle_(std::exchange(other.handle_, nullptr)) {}
-  /** Exchanges the handles. */
-  GaussianProcess& operator=(GaussianProcess&& other) noexcept {
-    std::swap(handle_, other.handle_);
-    return *this;
-  }
-  ~GaussianProcess() { egosieve_gp_free(handle_); }
 
   /** Adds N points: x is N x D, y is N x k. */
   Status Condition(const ConstArray& x, const ConstArray& y) {
@@ -252,25 +244,6 @@ class GaussianProcess {
     return internal::Given(egosieve_gp_log_marginal_likelihood(handle_, &value), value);
   }
 
-  /** At M x D points. */
-  Result<PredictionCounts> Predict(const ConstArray& x, const Prediction& prediction) const {
-    return internal::Predict(
-        prediction, [&](egosieve_prediction* c) { return egosieve_gp_predict(handle_, x.c(), c); });
-  }
-  /** Predicts on a grid in the plane; needs D = 2. */
-  Result<PredictionCounts> PredictGrid(const Grid& grid, const Prediction& prediction) const {
-    return internal::Predict(prediction, [&](egosieve_prediction* c) {
-      return egosieve_gp_predict_grid(handle_, &grid, c);
-    });
-  }
-  /** Predicts at every `stride`-th pixel; needs D = 6. See egosieve_gp_predict_image(). */
-  Result<PredictionCounts> PredictImage(const Image& image, int32_t stride,
-                                        const Prediction& prediction) const {
-    const egosieve_image c_image = image.c();
-    return internal::Predict(prediction, [&](egosieve_prediction* c) {
-      return egosieve_gp_predict_image(handle_, &c_image, stride, c);
-    });
-  }
   /** The inputs of PredictImage() at N places (x, y) in pixels: out is N x 6. */
   Status DescribePixels(const Image& image, const ConstArray& places, const Array& out) const {
     const egosieve_image c_image = image.c();
@@ -325,19 +298,17 @@ class GaussianProcess {
   /** A posterior of the model's current state, for threads that predict while the model learns. */
   Result<Posterior> MakePosterior() const {
     egosieve_posterior* posterior = nullptr;
-    Status status = Status::FromC(egosieve_gp_posterior(handle_, &posterior));
-    if (!status.ok()) return status;
-    return Posterior(posterior);
+    return internal::Own<Posterior>(egosieve_gp_posterior(handle_, &posterior), posterior);
   }
   /** The same on devices by name, which share the queries: egosieve_gp_posterior_on_devices(). */
   Result<Posterior> MakePosterior(const std::vector<std::string>& devices) const {
     std::vector<const char*> names;
     for (const std::string& device : devices) names.push_back(device.c_str());
     egosieve_posterior* posterior = nullptr;
-    Status status = Status::FromC(egosieve_gp_posterior_on_devices(
-        handle_, names.data(), static_cast<int64_t>(names.size()), &posterior));
-    if (!status.ok()) return status;
-    return Posterior(posterior);
+    return internal::Own<Posterior>(
+        egosieve_gp_posterior_on_devices(handle_, names.data(), static_cast<int64_t>(names.size()),
+                                         &posterior),
+        posterior);
   }
 
   /** Stores bytes with the model and in its file. */
@@ -361,9 +332,6 @@ class GaussianProcess {
       return egosieve_gp_serialize(handle_, bytes, capacity, size);
     });
   }
-
-  /** The handle, still owned by this object. */
-  egosieve_gp* handle() const { return handle_; }
 
  private:
   // Calls `run` with the options, null for the defaults, and gives its result.
@@ -402,12 +370,6 @@ class GaussianProcess {
                           on_bound};
   }
 
-  // The handle is passed by reference because the call that gives `code` writes it.
-  static Result<GaussianProcess> Own(egosieve_status code, egosieve_gp* const& handle) {
-    if (code != EGOSIEVE_OK) return Status::FromC(code);
-    return GaussianProcess(handle);
-  }
-
   template <typename Call>
   static Result<std::string> Bytes(Call call) {
     int64_t size = 0;
@@ -422,8 +384,6 @@ class GaussianProcess {
     bytes.resize(static_cast<size_t>(size));
     return bytes;
   }
-
-  egosieve_gp* handle_ = nullptr;
 };
 
 }  // namespace egosieve

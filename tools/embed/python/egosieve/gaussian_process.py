@@ -131,8 +131,7 @@ class GaussianProcess(ExactPredictor, Regressor):
             Any finite numbers; -1 and +1, or between, where predict_proba is wanted. Where every y is 0 or 1,
             predict_proba is refused: 2 * y - 1 are labels.
         """
-        names = arguments.feature_names(X)
-        X = arguments.matrix("X", X)
+        names, X = arguments.feature_names(X), arguments.matrix("X", X)
         y = arguments.targets("y", y, len(X))
         alpha = arguments.variances("alpha", self.alpha, len(X))
         offset, scale = self._normalization(y)
@@ -160,8 +159,7 @@ class GaussianProcess(ExactPredictor, Regressor):
         `alpha` is the noise of these points, as that of the constructor is of fit's. A model that was not
         fitted starts from the given hyperparameters. Cost: k n^2 flops for k points.
         """
-        names = arguments.feature_names(X)
-        X = arguments.queries(self, X)
+        names, X = arguments.feature_names(X), arguments.queries(self, X)
         y = arguments.targets("y", y, len(X))
         alpha = arguments.variances("alpha", alpha, len(X))
         if not self._is_fitted():
