@@ -36,8 +36,8 @@ bool Reaches(int64_t stride, int64_t count) {
   return stride >= -furthest && stride <= furthest;
 }
 
-// Array: egosieve_array or egosieve_const_array, whose elements may lie on each
-// other, as where one row stands for all. Resolves strides of 0.
+// Array: egosieve_array or egosieve_const_array, whose elements may lie on each other, as where one
+// row stands for all. Resolves strides of 0.
 template <typename Array>
 void CheckLayout(const char* name, Array& array) {
   Require(array.type == EGOSIEVE_FLOAT32 || array.type == EGOSIEVE_FLOAT64,
@@ -45,9 +45,8 @@ void CheckLayout(const char* name, Array& array) {
   Require(array.rows >= 0 && array.columns >= 0 && array.rows <= kMaximumElements &&
               array.columns <= kMaximumElements &&
               (array.columns == 0 || array.rows <= kMaximumElements / array.columns),
-          "%s: %d x %d; rows and columns must not be negative, nor elements "
-          "more than 2^40",
-          name, array.rows, array.columns);
+          "%s: %d x %d; rows and columns must not be negative, nor elements more than 2^40", name,
+          array.rows, array.columns);
   const int64_t element = WithType(array.type, [](auto zero) -> int64_t { return sizeof zero; });
   if (array.row_stride == 0 && array.column_stride == 0) {
     array.row_stride = array.columns * element;
@@ -59,8 +58,7 @@ void CheckLayout(const char* name, Array& array) {
   Require(std::is_same_v<Array, egosieve_const_array> ||
               StridesSeparate(array.rows, array.columns, array.row_stride, array.column_stride,
                               element),
-          "%s: row_stride = %d and column_stride = %d bytes make the elements "
-          "of %d x %d values of "
+          "%s: row_stride = %d and column_stride = %d bytes make the elements of %d x %d values of "
           "%d bytes overlap",
           name, array.row_stride, array.column_stride, array.rows, array.columns, element);
 }

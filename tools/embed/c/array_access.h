@@ -1,6 +1,6 @@
-// The caller's arrays: checked first, then read and written element by element
-// with their strides, or in place if they are packed float32. All errors are
-// InvalidArgument and begin with the argument's name.
+// The caller's arrays: checked first, then read and written element by element with their strides,
+// or in place if they are packed float32. All errors are InvalidArgument and begin with the
+// argument's name.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_ARRAY_ACCESS_H_
 #define EGOSIEVE_TOOLS_EMBED_C_ARRAY_ACCESS_H_
 
@@ -27,8 +27,8 @@ class InputArray {
   void CopyRows(int64_t begin, int64_t end, T* out) const;
   // All of them, in float64.
   std::vector<double> Values() const;
-  // If the rows are aligned float32 with adjacent columns: the first element,
-  // and in `row_stride` the number of elements between rows. Otherwise null.
+  // If the rows are aligned float32 with adjacent columns: the first element, and in `row_stride`
+  // the number of elements between rows. Otherwise null.
   const float* InPlace(int64_t& row_stride) const;
   // Every element must be finite, also after conversion to T.
   template <typename T>
@@ -64,8 +64,7 @@ class OutputArray {
   egosieve_array array_{};
 };
 
-// The image as blue, green, red or as grey; copied into `storage` if its
-// channel order differs.
+// The image as blue, green, red or as grey; copied into `storage` if its channel order differs.
 kernels::ImageView ViewImage(const char* name, const egosieve_image* image,
                              std::vector<uint8_t>& storage);
 

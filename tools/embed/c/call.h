@@ -1,8 +1,6 @@
-// What all calls of the C interface share: errors, and the caller's pointers,
-// texts and structs.
+// What all calls of the C interface share: errors, and the caller's pointers, texts and structs.
 //
-// Within a call an error is thrown; Guard makes it the call's code and the
-// thread's last error.
+// Within a call an error is thrown; Guard makes it the call's code and the thread's last error.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_CALL_H_
 #define EGOSIEVE_TOOLS_EMBED_C_CALL_H_
 
@@ -16,15 +14,14 @@
 #include "absl/strings/str_format.h"
 #include "tools/embed/include/egosieve/types.h"
 
-// Exported so that both libraries share one last error per thread; not part of
-// the public interface.
+// Exported so that both libraries share one last error per thread; not part of the public
+// interface.
 extern "C" EGOSIEVE_API void egosieve_internal_set_last_error(const char* function,
                                                               const char* text);
 
 namespace egosieve::embed {
 
-// Abseil has no code for an invalid handle. The library uses this one only for
-// that.
+// Abseil has no code for an invalid handle. The library uses this one only for that.
 inline constexpr absl::StatusCode kInvalidHandle = absl::StatusCode::kUnauthenticated;
 
 struct CallError {
@@ -65,8 +62,7 @@ inline void RequirePointer(const char* name, const void* pointer) {
   Require(pointer != nullptr, "%s is null", name);
 }
 
-// Within a handler: makes the exception "function: message" of this thread, and
-// gives its code.
+// Within a handler: makes the exception "function: message" of this thread, and gives its code.
 egosieve_status ReportException(const char* function) noexcept;
 
 // Runs a call's body.
@@ -80,9 +76,9 @@ egosieve_status Guard(const char* function, Body&& body) noexcept {
   }
 }
 
-// Structs that may grow begin with the size with which the caller was compiled.
-// They grow at their ends by multiples of 8 bytes, so an older struct is a
-// shorter one. A longer struct has fields that this version does not know.
+// Structs that may grow begin with the size with which the caller was compiled. They grow at their
+// ends by multiples of 8 bytes, so an older struct is a shorter one. A longer struct has fields
+// that this version does not know.
 
 // Sets every field to 0 but the size. False if `given` is null.
 template <typename Struct>
@@ -100,14 +96,12 @@ void CheckStruct(const char* name, const Struct* given) {
   RequirePointer(name, given);
   Require(given->struct_size >= kSmallest && given->struct_size <= sizeof(Struct) &&
               given->struct_size % sizeof(uint64_t) == 0,
-          "%s.struct_size = %d; call the struct's _init function, and build "
-          "against the headers of "
+          "%s.struct_size = %d; call the struct's _init function, and build against the headers of "
           "this library's version",
           name, given->struct_size);
 }
 
-// The caller's fields; those that an older caller lacks have the values that
-// `init` sets.
+// The caller's fields; those that an older caller lacks have the values that `init` sets.
 template <typename Struct>
 Struct Read(const char* name, const Struct* given, void (*init)(Struct*)) {
   Struct values;
@@ -132,9 +126,8 @@ void WriteStruct(Struct values, Struct* given) {
   std::memcpy(given, &values, given->struct_size);
 }
 
-// Copies `text` to `bytes`, unless that is null, and its size to `*size`. If
-// the buffer is too small, InvalidArgument with the size needed, and nothing is
-// written.
+// Copies `text` to `bytes`, unless that is null, and its size to `*size`. If the buffer is too
+// small, InvalidArgument with the size needed, and nothing is written.
 inline void GiveBytes(std::string_view text, void* bytes, int64_t capacity, int64_t* size) {
   RequirePointer("size", size);
   const auto needed = static_cast<int64_t>(text.size());

@@ -26,8 +26,7 @@ kernels::CovarianceFunction CovarianceOf(const egosieve_gp_options& options) {
   const std::string text = options.covariance_text == nullptr ? "" : options.covariance_text;
   const egosieve_covariance kind = options.covariance;
   Require(kind >= EGOSIEVE_ARCSINE && kind <= EGOSIEVE_NAMED_COVARIANCE,
-          "options.covariance = %d; it must be EGOSIEVE_ARCSINE, "
-          "EGOSIEVE_SQUARED_EXPONENTIAL or "
+          "options.covariance = %d; it must be EGOSIEVE_ARCSINE, EGOSIEVE_SQUARED_EXPONENTIAL or "
           "EGOSIEVE_NAMED_COVARIANCE",
           kind);
   if (text.empty() && kind == EGOSIEVE_ARCSINE) return kernels::CovarianceFunction::kArcsine;
@@ -43,8 +42,7 @@ kernels::CovarianceFunction CovarianceOf(const egosieve_gp_options& options) {
 gp::Hyperparameters HyperparametersOf(const egosieve_gp_options& options) {
   const kernels::CovarianceFunction function = CovarianceOf(options);
   Require(options.mean >= EGOSIEVE_ZERO_MEAN && options.mean <= EGOSIEVE_LINEAR_MEAN,
-          "options.mean = %d; it must be EGOSIEVE_ZERO_MEAN, "
-          "EGOSIEVE_CONSTANT_MEAN or "
+          "options.mean = %d; it must be EGOSIEVE_ZERO_MEAN, EGOSIEVE_CONSTANT_MEAN or "
           "EGOSIEVE_LINEAR_MEAN",
           options.mean);
   Require(options.dimension >= 1 && options.dimension <= EGOSIEVE_MAX_DIMENSION,
@@ -67,8 +65,7 @@ gp::Hyperparameters HyperparametersOf(const egosieve_gp_options& options) {
 std::optional<gp::SparseModelOptions> SparseOptionsOf(const egosieve_gp_options& options) {
   if (options.approximation == EGOSIEVE_EXACT) return std::nullopt;
   Require(options.approximation == EGOSIEVE_DTC || options.approximation == EGOSIEVE_FITC,
-          "options.approximation = %d; it must be EGOSIEVE_EXACT, EGOSIEVE_DTC "
-          "or EGOSIEVE_FITC",
+          "options.approximation = %d; it must be EGOSIEVE_EXACT, EGOSIEVE_DTC or EGOSIEVE_FITC",
           options.approximation);
   gp::SparseModelOptions sparse;
   sparse.approximation = options.approximation == EGOSIEVE_DTC ? gp::SparseApproximation::kDtc
@@ -91,8 +88,8 @@ std::shared_ptr<LearningModel> ModelOf(const egosieve_gp_options& options) {
   return LearningModel::Create(std::move(context), hyperparameters, sparse, posterior);
 }
 
-// The caller's points in float64, packed. y: N x k; for one output also 1 x N.
-// v: of the rows, empty if it is null.
+// The caller's points in float64, packed. y: N x k; for one output also 1 x N. v: of the rows,
+// empty if it is null.
 struct GivenPoints {
   std::vector<double> x, y, v;
   int64_t rows, outputs, dimension;

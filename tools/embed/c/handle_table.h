@@ -1,13 +1,11 @@
-// Handles that are not pointers: a freed or invalid handle is detected, never
-// dereferenced.
+// Handles that are not pointers: a freed or invalid handle is detected, never dereferenced.
 //
 //   value = generation (32 bits) | slot (24 bits) | kind (7 bits) | 1
 //
-// A slot's generation is raised whenever its object is freed. The handle of a
-// freed object therefore matches no slot until 2^32 objects later. The lowest
-// bit is set because no object of the caller has such an address. Find gives
-// shared ownership: if an object is freed while another thread uses it, it is
-// destroyed when that thread has finished.
+// A slot's generation is raised whenever its object is freed. The handle of a freed object
+// therefore matches no slot until 2^32 objects later. The lowest bit is set because no object of
+// the caller has such an address. Find gives shared ownership: if an object is freed while another
+// thread uses it, it is destroyed when that thread has finished.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_HANDLE_TABLE_H_
 #define EGOSIEVE_TOOLS_EMBED_C_HANDLE_TABLE_H_
 
@@ -22,8 +20,8 @@
 
 namespace egosieve::embed {
 
-// Of an opaque struct of the C interface: Object, the type behind it; kKind, a
-// number of its own; kName, what calls name the argument.
+// Of an opaque struct of the C interface: Object, the type behind it; kKind, a number of its own;
+// kName, what calls name the argument.
 template <typename Handle>
 struct HandleOf;
 
@@ -101,8 +99,7 @@ class HandleTable {
   std::vector<uint64_t> free_;
 };
 
-// Calls of the C interface, within Guard. With: `body` with the object behind
-// `handle`.
+// Calls of the C interface, within Guard. With: `body` with the object behind `handle`.
 template <typename Handle, typename Body>
 egosieve_status With(const char* function, Handle* handle, const Body& body) {
   return Guard(function, [&] { body(*HandleTable<Handle>::All().Find(handle)); });

@@ -33,8 +33,7 @@ struct Subset {
   gp::Observations view() const { return points.observations(dimension); }
 };
 
-// `size` of the points, in their order; all if `size` is 0 or exceeds their
-// number.
+// `size` of the points, in their order; all if `size` is 0 or exceeds their number.
 Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
   const int64_t n = data.size();
   std::vector<int64_t> rows(n);
@@ -57,8 +56,7 @@ Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
   return subset;
 }
 
-// J, with a count of its evaluations; -infinity if K is not positive definite
-// with any jitter.
+// J, with a count of its evaluations; -infinity if K is not positive definite with any jitter.
 class Objective {
  public:
   // sparse: only for a sparse model.
@@ -111,8 +109,7 @@ class Objective {
       Check(likelihood.status());
       if (gradient != nullptr) {
         *gradient = std::move(likelihood->gradient);
-        // Of log(sigma_n^2 + nugget + jitter) / 2, of which sigma_n and sigma_f
-        // have their shares.
+        // Of log(sigma_n^2 + nugget + jitter) / 2, of which sigma_n and sigma_f have their shares.
         const double of_noise = gradient->back() / (noise + *jitter);
         gradient->back() = of_noise * own;
         (*gradient)[gradient->size() - 2] += of_noise * (noise - own);
@@ -155,8 +152,7 @@ class Objective {
   int64_t evaluations_ = 0;
 };
 
-// The ascent from theta; of a sparse model in rounds, with inducing inputs
-// chosen in each.
+// The ascent from theta; of a sparse model in rounds, with inducing inputs chosen in each.
 gp::AscentResult AscendFrom(std::vector<double> theta, Objective& objective,
                             const gp::HyperparameterBounds& bounds,
                             const egosieve_optimize_options& options, bool is_sparse) {
@@ -188,8 +184,7 @@ double PositiveRoot(double square) {
   return root > 0.0 && std::isfinite(root) ? root : 1.0;
 }
 
-// Root mean square of column d around its mean. weights: of the rows; empty:
-// all 1.
+// Root mean square of column d around its mean. weights: of the rows; empty: all 1.
 double SpreadOf(kernels::ConstMatrixView<double> inputs, int64_t d,
                 absl::Span<const double> weights) {
   const auto weight = [&](int64_t i) { return weights.empty() ? 1.0 : weights[i]; };
@@ -266,8 +261,7 @@ Ranges RangesOf(const gp::Hyperparameters& kind, const gp::Observations& data, b
   return ranges;
 }
 
-// The given bounds, and the default ones widened to include `start`. Given
-// values are positive.
+// The given bounds, and the default ones widened to include `start`. Given values are positive.
 gp::HyperparameterBounds BoundsOf(const egosieve_optimize_options& options,
                                   gp::HyperparameterBounds bounds, const std::vector<double>& start,
                                   bool of_classes) {
@@ -285,9 +279,8 @@ gp::HyperparameterBounds BoundsOf(const egosieve_optimize_options& options,
     lower = logarithm(options.lower_bounds, std::min(lower, start[t]));
     upper = logarithm(options.upper_bounds, std::max(upper, start[t]));
     Require(lower <= upper && std::isfinite(lower) && std::isfinite(upper),
-            "bounds of hyperparameter %d: %g to %g; they must be positive, "
-            "finite and in order",
-            t, std::exp(lower), std::exp(upper));
+            "bounds of hyperparameter %d: %g to %g; they must be positive, finite and in order", t,
+            std::exp(lower), std::exp(upper));
   }
   return bounds;
 }

@@ -1,6 +1,6 @@
-// Results that the model computes on the host, in float64, into the caller's
-// arrays: joint predictions, samples, gradients, leave-one-out. Nothing is
-// written until all results are computed.
+// Results that the model computes on the host, in float64, into the caller's arrays: joint
+// predictions, samples, gradients, leave-one-out. Nothing is written until all results are
+// computed.
 #include <algorithm>
 #include <vector>
 

@@ -9,9 +9,8 @@ namespace {
 
 constexpr double kLaplaceNoise = 1e-3;  // sigma_n, part of the noise variances 1 / W
 
-// Labels are -1 and 1, or between. Values that are all 0 or 1 satisfy this,
-// too, but almost always follow the other convention for labels; their
-// probabilities would be wrong.
+// Labels are -1 and 1, or between. Values that are all 0 or 1 satisfy this, too, but almost always
+// follow the other convention for labels; their probabilities would be wrong.
 template <typename Model>
 absl::Status LabelsOf(const Model& model, bool is_laplace) {
   if (is_laplace) return absl::OkStatus();

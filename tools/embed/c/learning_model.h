@@ -1,9 +1,8 @@
 // The objects behind an egosieve_gp and an egosieve_posterior.
 //
-// A LearningModel is an exact or a sparse model, its calibration, the posterior
-// made from both, and a lock. Changes wait for each other. Posterior() waits
-// for a change in progress, and makes the posterior if the model has changed
-// since the last call. Evaluating a posterior needs no lock.
+// A LearningModel is an exact or a sparse model, its calibration, the posterior made from both, and
+// a lock. Changes wait for each other. Posterior() waits for a change in progress, and makes the
+// posterior if the model has changed since the last call. Evaluating a posterior needs no lock.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_
 #define EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_
 
@@ -60,10 +59,9 @@ class LearningModel {
   void Remove(std::vector<int64_t> rows);
   void SetHyperparameters(std::vector<double> scales, double signal_stddev, double noise_stddev);
   SearchResult Optimize(const egosieve_optimize_options& options);
-  // Replaces the points by the regression that stands for Laplace's
-  // approximation (gp/training/laplace_approximation.h); sigma_n becomes 1e-3.
-  // search: null to keep the other hyperparameters. The likelihoods of the
-  // result are those of the labels.
+  // Replaces the points by the regression that stands for Laplace's approximation
+  // (gp/training/laplace_approximation.h); sigma_n becomes 1e-3. search: null to keep the other
+  // hyperparameters. The likelihoods of the result are those of the labels.
   SearchResult Classify(const gp::LabelledInputs& data, const egosieve_optimize_options* search);
   // Does nothing if the model has not changed since the last call.
   void Calibrate();
@@ -73,8 +71,8 @@ class LearningModel {
 
   int64_t dimension() const { return dimension_; }  // D, never changes
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
-  // Calls `ask` with the model, a gp::ExactModel or gp::SparseModel, under the
-  // lock; returns its result.
+  // Calls `ask` with the model, a gp::ExactModel or gp::SparseModel, under the lock; returns its
+  // result.
   template <typename Ask>
   auto Visit(Ask&& ask) const {
     std::lock_guard lock(mutex_);

@@ -1,11 +1,9 @@
-// Predictions from a posterior into the caller's arrays. Queries that are
-// packed float32 are computed in one pass, others in pieces of 2^16 in float64.
-// What needs float64 arithmetic, by the caller's wish or by
-// gp/model/adaptive_posterior.h, is computed in a second pass. A query's result
+// Predictions from a posterior into the caller's arrays. Queries that are packed float32 are
+// computed in one pass, others in pieces of 2^16 in float64. What needs float64 arithmetic, by the
+// caller's wish or by gp/model/adaptive_posterior.h, is computed in a second pass. A query's result
 // does not depend on other queries, so the pieces do not affect the results.
 //
-// Nothing is written until all results are computed, in memory of the call's
-// own.
+// Nothing is written until all results are computed, in memory of the call's own.
 #include "tools/embed/include/egosieve/prediction.h"
 
 #include <algorithm>
@@ -27,8 +25,8 @@ namespace {
 constexpr int64_t kPiece = int64_t{1} << 16;
 constexpr int64_t kImageInputs = kernels::kBoxMeanColumns;
 
-// The requested outputs, checked against the shape of the result. The mean has
-// `outputs_of_model` times the columns of the others.
+// The requested outputs, checked against the shape of the result. The mean has `outputs_of_model`
+// times the columns of the others.
 struct Outputs {
   OutputArray mean, variance, probability;
   bool of_observation, needs_mean, needs_variance;
@@ -45,16 +43,14 @@ struct Outputs {
     needs_variance = variance.wanted() || probability.wanted();
     precision = wishes.precision;
     Require(precision >= EGOSIEVE_AUTO_PRECISION && precision <= EGOSIEVE_IN_FLOAT32,
-            "prediction.precision = %d; it must be EGOSIEVE_AUTO_PRECISION, "
-            "EGOSIEVE_IN_FLOAT64 or "
+            "prediction.precision = %d; it must be EGOSIEVE_AUTO_PRECISION, EGOSIEVE_IN_FLOAT64 or "
             "EGOSIEVE_IN_FLOAT32",
             precision);
   }
 };
 
-// Queries begin to end - 1 as packed rows, copied to `scratch` or in place.
-// Copies are float64, so that nothing is rounded before it is prepared
-// (kernels/base/prepared_points.h).
+// Queries begin to end - 1 as packed rows, copied to `scratch` or in place. Copies are float64, so
+// that nothing is rounded before it is prepared (kernels/base/prepared_points.h).
 template <typename T>
 using Queries =
     std::function<kernels::ConstMatrixView<T>(int64_t begin, int64_t end, std::vector<T>& scratch)>;
@@ -106,8 +102,7 @@ void EvaluateInFloat32(const DevicePosterior& at, int64_t count, int64_t piece,
   results.clamped = std::max<int64_t>(results.clamped, 0);
 }
 
-// The means of all places where they are wanted, and the other results of
-// `results.rows`.
+// The means of all places where they are wanted, and the other results of `results.rows`.
 template <typename T>
 void EvaluateInFloat64(const DevicePosterior& at, int64_t count, const Queries<T>& queries,
                        const Outputs& outputs, Results& results) {
@@ -223,16 +218,14 @@ void PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
   RequirePointer("grid", grid);
   const auto [x0, y0, dx, dy, rows, columns] = *grid;
   Require(rows >= 1 && columns >= 1 && rows <= kMaximumPoints / columns,
-          "grid: %d rows x %d columns; each must be at least 1, and points at "
-          "most 2^40",
-          rows, columns);
+          "grid: %d rows x %d columns; each must be at least 1, and points at most 2^40", rows,
+          columns);
   const auto x = [=](int64_t column) { return x0 + static_cast<double>(column) * dx; };
   const auto y = [=](int64_t row) { return y0 + static_cast<double>(row) * dy; };
   for (const double end : {x(0), x(columns - 1), y(0), y(rows - 1)}) {
     Require(std::isfinite(static_cast<float>(end)),
-            "grid: (%g, %g) in steps of (%g, %g); its points must be finite in "
-            "float32",
-            x0, y0, dx, dy);
+            "grid: (%g, %g) in steps of (%g, %g); its points must be finite in float32", x0, y0, dx,
+            dy);
   }
   CheckDimension(at, 2, "a grid");
   const Outputs outputs(prediction, rows, columns);

@@ -35,9 +35,8 @@ egosieve_status WithSession(const char* function, egosieve_segmenter* segmenter,
   });
 }
 
-// One of a map's arrays, of the size of the grid or the frame. All steps that
-// can fail come before anything is written: first Prepare for all, then Write
-// for all.
+// One of a map's arrays, of the size of the grid or the frame. All steps that can fail come before
+// anything is written: first Prepare for all, then Write for all.
 class MapOutput {
  public:
   MapOutput(const char* name, const egosieve_array& array, const kernels::ImageGrid& grid)
@@ -100,8 +99,8 @@ egosieve_frame_report ReportOf(const vision::FrameRecord& record) {
   return report;
 }
 
-// Gives the map and the report of what `learn` gives of a frame of this size,
-// where they are wanted.
+// Gives the map and the report of what `learn` gives of a frame of this size, where they are
+// wanted.
 template <typename Learn>
 void GiveFrame(SegmenterSession& session, cv::Size size, const egosieve_map* map,
                egosieve_frame_report* report, const Learn& learn) {

@@ -20,15 +20,13 @@ constexpr int64_t kLongestLag = 100;
 
 void Validate(const egosieve_segmenter_options& options) {
   Require(options.profile >= EGOSIEVE_PROFILE_DEFAULT && options.profile <= EGOSIEVE_PROFILE_FAST,
-          "options.profile = %d; it must be EGOSIEVE_PROFILE_DEFAULT, "
-          "EGOSIEVE_PROFILE_PAPER or "
+          "options.profile = %d; it must be EGOSIEVE_PROFILE_DEFAULT, EGOSIEVE_PROFILE_PAPER or "
           "EGOSIEVE_PROFILE_FAST",
           options.profile);
   Require(options.stride >= 1 && options.stride <= 64,
           "options.stride = %d pixels; it must be 1 to 64", options.stride);
   Require(options.budget == 0 || (options.budget >= 10 && options.budget <= 20000),
-          "options.budget = %d points; it must be 10 to 20000, or 0 for the "
-          "profile's",
+          "options.budget = %d points; it must be 10 to 20000, or 0 for the profile's",
           options.budget);
   Require(options.lag >= 0 && options.lag <= kLongestLag,
           "options.lag = %d frames; it must be 0 to %d", options.lag, kLongestLag);
@@ -162,14 +160,12 @@ std::optional<SegmenterSession::Result> SegmenterSession::Process(const kernels:
   if (!waiting_.empty()) {
     const cv::Mat& before = waiting_.back().frame.image;
     Require(before.size() == size,
-            "image is %dx%d, the frame before %dx%d; with a lag all frames "
-            "have one size",
+            "image is %dx%d, the frame before %dx%d; with a lag all frames have one size",
             size.width, size.height, before.cols, before.rows);
   }
   const vision::Frame frame = FrameOf(image, next_frame_, time_seconds);
   auto extracted = Take(segmenter_->Extract(frame));
-  // From here on the frame counts as taken in, even if the device fails before
-  // its map is made.
+  // From here on the frame counts as taken in, even if the device fails before its map is made.
   ++next_frame_;
   waiting_.push_back({frame, std::move(extracted)});
   if (static_cast<int64_t>(waiting_.size()) <= options_.lag) return std::nullopt;

@@ -1,5 +1,5 @@
-// The object behind an egosieve_segmenter: an online segmenter, the frames that
-// its next pair needs, and a lock.
+// The object behind an egosieve_segmenter: an online segmenter, the frames that its next pair
+// needs, and a lock.
 //
 // A session's bytes are an archive of arrays (gp/io/array_file.h):
 //
@@ -10,8 +10,8 @@
 //   ignored          u1 [height, width], or [0]
 //   next_frame       i8 [1]
 //   checkpoint       u1 [...]   OnlineSegmenter::Checkpoint
-//   waiting          i8 [1]     number of frames, at the end, that are not
-//   learnt from yet indices          i8 [F]     of the frames, oldest first
+//   waiting          i8 [1]     number of frames, at the end, that are not learnt from yet
+//   indices          i8 [F]     of the frames, oldest first
 //   grey             i8 [F]     1 where the frame has one channel
 //   times            f8 [F]     seconds
 //   frame_0, ...     u1 [height, width * channels]
@@ -49,22 +49,19 @@ class SegmenterSession {
     vision::FrameRecord record;
   };
 
-  // Of the options all but device and ignore; ignored:
-  // vision/frame/ignored_area.h.
+  // Of the options all but device and ignore; ignored: vision/frame/ignored_area.h.
   SegmenterSession(std::shared_ptr<kernels::Context> context,
                    const egosieve_segmenter_options& options, cv::Mat1b ignored);
   static std::shared_ptr<SegmenterSession> FromBytes(std::shared_ptr<kernels::Context> context,
                                                      std::string_view bytes);
 
-  // Takes a copy of the image, and learns from the frame that came `lag` frames
-  // before; returns nothing if there is none. With a lag all frames must have
-  // one size, with an ignored area its size; otherwise InvalidArgument. After
-  // an error of the device the frame counts as taken in, and may have been
-  // learnt from.
+  // Takes a copy of the image, and learns from the frame that came `lag` frames before; returns
+  // nothing if there is none. With a lag all frames must have one size, with an ignored area its
+  // size; otherwise InvalidArgument. After an error of the device the frame counts as taken in, and
+  // may have been learnt from.
   std::optional<Result> Process(const kernels::ImageView& image, double time_seconds,
                                 bool map_wanted);
-  // Learns from the next frame that waits for later frames; returns nothing if
-  // none waits.
+  // Learns from the next frame that waits for later frames; returns nothing if none waits.
   std::optional<Result> Finish(bool map_wanted);
   // How many frames were taken in, those before ToBytes included.
   int64_t FrameCount();

@@ -12,8 +12,7 @@
 namespace egosieve::embed {
 namespace {
 
-// Long enough for any message. A plain array needs no allocation and no
-// destructor.
+// Long enough for any message. A plain array needs no allocation and no destructor.
 thread_local char last_error[1024] = "";
 
 }  // namespace

@@ -8,8 +8,8 @@ import warnings
 from ctypes import c_double, c_int32, c_int64, c_void_p
 
 from . import optimization
-from ._library import SHOULD_STOP, DeviceArray, DeviceCall, GpInfo, GpOptions, Grid, Handle, Library, OptimizeOptions
-from ._library import OptimizeResult, Prediction, choice, encoded, fill, image, written
+from ._library import SHOULD_STOP, DeviceArray, DeviceCall, GpInfo, GpOptions, Handle, Library, OptimizeOptions
+from ._library import OptimizeResult, Prediction, choice, encoded, fill, written
 
 _NAMED_COVARIANCE = 2
 _MEANS = ("zero", "constant", "linear")
@@ -77,7 +77,7 @@ class _Predictor(Handle):
     # Of the last prediction.
     clamped_variances = float64_count = 0
 
-    def _predict(self, call, *place, precision="auto", mean=None, variance=None, probability=None, of_observation=False):
+    def predict(self, call, *place, precision="auto", mean=None, variance=None, probability=None, of_observation=False):
         prediction = _egosieve.new(
             Prediction, mean=written("mean", mean), variance=written("variance", variance),
             probability=written("probability", probability), of_observation=bool(of_observation),
@@ -90,17 +90,8 @@ class _Predictor(Handle):
             warnings.warn(
                 "float32 does not suffice for this model: its errors exceed a hundredth of the posterior's deviation. "
                 "Results that need it are computed in float64, which is slower; precision=\"float32\" leaves them",
-                stacklevel=5,
+                stacklevel=4,
             )
-
-    def predict(self, x, **wishes):
-        self._predict("predict", x, **wishes)
-
-    def predict_grid(self, x0, y0, dx, dy, rows, columns, **wishes):
-        self._predict("predict_grid", fill(Grid(x0, y0, dx, dy), rows=rows, columns=columns), **wishes)
-
-    def predict_image(self, pixels, stride, order, **wishes):
-        self._predict("predict_image", image("image", pixels, order), stride, **wishes)
 
 
 class Posterior(_Predictor):
@@ -191,9 +182,6 @@ class Model(_Predictor):
         value, gradient = c_double(), _doubles([0.0] * len(theta)) if with_gradient else None
         self.call("likelihood_at", _doubles(theta), len(theta), value, gradient)
         return value.value, list(gradient or [])
-
-    def describe_pixels(self, pixels, order, places, out):
-        self.call("describe_pixels", image("image", pixels, order), places, out)
 
     def posterior(self, devices=None):
         handle = c_void_p()

@@ -7,6 +7,7 @@ import numpy as np
 
 from . import arguments, kernels
 from ._gaussian_process import Model
+from ._library import image as view
 from .estimator import Regressor
 from .exact_predictor import ExactPredictor
 from .predictor import FrozenPosterior
@@ -206,8 +207,8 @@ class GaussianProcess(ExactPredictor, Regressor):
         X = np.random.default_rng(0).uniform(-1.0, 1.0, (n_features + 2, n_features))
         model.call("condition_noisy", X, np.where(np.arange(len(X)) % 2 == 0, 1.0, -1.0), None)
         results = [np.empty(len(X)) for _ in range(3)]
-        model.predict(X, mean=results[0])
-        model.predict(X, mean=results[0], variance=results[1], probability=results[2])
+        model.predict("predict", X, mean=results[0])
+        model.predict("predict", X, mean=results[0], variance=results[1], probability=results[2])
         return self
 
     def describe_pixels(self, image, places, order="bgr"):
@@ -225,7 +226,7 @@ class GaussianProcess(ExactPredictor, Regressor):
         places = arguments.matrix("places", places)
         out = np.empty((len(places), 6), dtype=np.float32)
         core = self._core if self._is_fitted() else self._new_model(6)
-        core.describe_pixels(np.asarray(image), order, places, out)
+        core.call("describe_pixels", view("image", np.asarray(image), order), places, out)
         return out
 
     def save(self, path):

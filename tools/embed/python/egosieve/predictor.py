@@ -6,6 +6,8 @@ import sys
 import numpy as np
 
 from . import arguments
+from ._library import Grid, fill
+from ._library import image as view
 
 
 class _OnlyWithLabels:
@@ -60,13 +62,14 @@ class Predictor:
         std or variance : array of the mean's shape, only if asked for
         covariance : array of shape (n_queries, n_queries) or (n_queries, n_queries, n_targets), only if asked for
         """
-        core, X = self._fitted(), arguments.queries(self, X)
+        self._fitted()
+        X = arguments.queries(self, X)
         if return_cov:
             if return_std or return_var:
                 raise RuntimeError("At most one of return_std or return_cov can be requested.")
             return self._predict_joint(X, self._with_noise(of_observation))
         mean, variance = np.empty(self._shape(len(X)), X.dtype), np.empty(len(X), X.dtype)
-        return self._filled(core.predict, [X], mean, variance, return_std, return_var, of_observation,
+        return self._filled("predict", [X], mean, variance, return_std, return_var, of_observation,
                             "float64" if float64 else precision)  # fmt: skip
 
     def predict_grid(
@@ -94,10 +97,9 @@ class Predictor:
         mean : array of shape (rows, columns), float32 unless `out` is given
         std or variance : array of shape (rows, columns), only if asked for
         """
-        core = self._fitted()
         mean = np.empty((rows, columns), dtype=np.float32) if out is None else out
-        place = [*map(float, (x0, y0, dx, dy)), rows, columns]
-        return self._filled(core.predict_grid, place, mean, np.empty((rows, columns), dtype=mean.dtype), return_std, return_var,
+        grid = fill(Grid(float(x0), float(y0), float(dx), float(dy)), rows=rows, columns=columns)
+        return self._filled("predict_grid", [grid], mean, np.empty((rows, columns), dtype=mean.dtype), return_std, return_var,
                             of_observation, precision)  # fmt: skip
 
     def predict_axes(self, x, y, return_std=False, return_var=False, of_observation=None, precision="auto"):
@@ -149,12 +151,12 @@ class Predictor:
         mean : float32 array of shape (ceil((height - 1) / stride) + 1, ceil((width - 1) / stride) + 1)
         std : array of that shape, only if asked for
         """
-        core, image = self._fitted(), np.asarray(image)
+        image = np.asarray(image)
         if image.ndim < 2 or stride < 1:
             raise ValueError("image must be height x width (x 3), and stride at least 1")
         shape = tuple(-(-(side - 1) // stride) + 1 for side in image.shape[:2])
         mean, variance = np.empty(shape, np.float32), np.empty(shape, np.float32)
-        return self._filled(core.predict_image, [image, stride, order], mean, variance, return_std, False, False, precision)
+        return self._filled("predict_image", [view("image", image, order), stride], mean, variance, return_std, False, False, precision)
 
     @property
     def clamped_variances_(self):
@@ -181,7 +183,7 @@ class Predictor:
         core, X = self._fitted(), arguments.queries(self, X)
         self._calibrate()
         probabilities = np.empty((len(X), 2), dtype=X.dtype)
-        core.predict(X, probability=probabilities[:, 1])
+        core.predict("predict", X, probability=probabilities[:, 1])
         np.subtract(1, probabilities[:, 1], out=probabilities[:, 0])
         return probabilities
 
@@ -192,10 +194,11 @@ class Predictor:
         """Of the means at `count` places."""
         return count if np.ndim(self._scale) == 0 else (count, len(self._scale))
 
-    def _filled(self, predict, place, mean, variance, return_std, return_var, of_observation, precision):
+    def _filled(self, call, place, mean, variance, return_std, return_var, of_observation, precision):
         """The results of a prediction, in these arrays."""
         variance = variance if return_std or return_var else None
-        predict(*place, mean=mean, variance=variance, of_observation=self._with_noise(of_observation), precision=precision)
+        self._fitted().predict(call, *place, mean=mean, variance=variance, of_observation=self._with_noise(of_observation),
+                               precision=precision)  # fmt: skip
         return self._denormalized(mean, variance, return_std, return_var)
 
     def _denormalized(self, mean, variance, return_std, return_var):
