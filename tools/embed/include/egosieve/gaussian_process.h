@@ -61,9 +61,7 @@
 extern "C" {
 #endif
 
-/** Covariance function: one of the constants below. */
-typedef int32_t egosieve_covariance;
-
+typedef int32_t egosieve_covariance; /**< Covariance function: one of these. */
 /** The values of #egosieve_covariance. */
 enum {
   EGOSIEVE_ARCSINE = 0,             /**< Neural network covariance, D + 1 weights, bias first. */
@@ -71,9 +69,7 @@ enum {
   EGOSIEVE_NAMED_COVARIANCE = 2     /**< The one that a text names. */
 };
 
-/** Mean function: one of the constants below. */
-typedef int32_t egosieve_mean;
-
+typedef int32_t egosieve_mean; /**< Mean function: one of these. */
 /** The values of #egosieve_mean. */
 enum {
   EGOSIEVE_ZERO_MEAN = 0,     /**< No coefficients. */
@@ -81,9 +77,7 @@ enum {
   EGOSIEVE_LINEAR_MEAN = 2    /**< D + 1 coefficients, the constant first. */
 };
 
-/** Approximation of a sparse model: one of the constants below. */
-typedef int64_t egosieve_approximation;
-
+typedef int64_t egosieve_approximation; /**< Approximation of a sparse model: one of these. */
 /** The values of #egosieve_approximation. */
 enum {
   EGOSIEVE_EXACT = 0, /**< None: the exact model. */

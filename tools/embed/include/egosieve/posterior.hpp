@@ -72,23 +72,23 @@ class Predictor : public Owner<Handle, kFree> {
 
   /** At M x D points. */
   Result<PredictionCounts> Predict(const ConstArray& x, const Prediction& prediction) const {
-    return Call(prediction, kPredict, x.c());
+    return PredictBy(prediction, kPredict, x.c());
   }
   /** Predicts on a grid in the plane; needs D = 2. */
   Result<PredictionCounts> PredictGrid(const Grid& grid, const Prediction& prediction) const {
-    return Call(prediction, kPredictGrid, &grid);
+    return PredictBy(prediction, kPredictGrid, &grid);
   }
   /** Predicts at every `stride`-th pixel; needs D = 6. See egosieve_gp_predict_image(). */
   Result<PredictionCounts> PredictImage(const Image& image, int32_t stride,
                                         const Prediction& prediction) const {
     const egosieve_image c_image = image.c();
-    return Call(prediction, kPredictImage, &c_image, stride);
+    return PredictBy(prediction, kPredictImage, &c_image, stride);
   }
 
  private:
   template <typename Function, typename... Places>
-  Result<PredictionCounts> Call(const Prediction& prediction, Function function,
-                                Places... places) const {
+  Result<PredictionCounts> PredictBy(const Prediction& prediction, Function function,
+                                     Places... places) const {
     egosieve_prediction c;
     egosieve_prediction_init(&c);
     c.mean = prediction.mean.c();
@@ -96,7 +96,7 @@ class Predictor : public Owner<Handle, kFree> {
     c.probability = prediction.probability.c();
     c.of_observation = prediction.of_observation ? 1 : 0;
     c.precision = static_cast<egosieve_precision>(prediction.precision);
-    Status status = Status::FromC(function(this->handle_, places..., &c));
+    Status status = this->Call(function, places..., &c);
     if (!status.ok()) return status;
     return PredictionCounts{c.clamped_variances, c.float64_count};
   }

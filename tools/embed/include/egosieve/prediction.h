@@ -27,9 +27,7 @@ typedef struct egosieve_gp egosieve_gp;
 /** Handle of a model's posterior at one moment. Immutable: any number of threads may predict. */
 typedef struct egosieve_posterior egosieve_posterior;
 
-/** Arithmetic of a prediction: one of the constants below. */
-typedef int64_t egosieve_precision;
-
+typedef int64_t egosieve_precision; /**< Arithmetic of a prediction: one of these. */
 /** The values of #egosieve_precision. */
 enum {
   EGOSIEVE_AUTO_PRECISION = 0, /**< Float32 where it suffices, otherwise float64; see above. */

@@ -163,6 +163,12 @@ class Owner {
   Handle* handle() const { return handle_; }
 
  protected:
+  /** The status of a C call whose first argument is the handle. */
+  template <typename Function, typename... Arguments>
+  Status Call(Function function, Arguments... arguments) const {
+    return Status::FromC(function(handle_, arguments...));
+  }
+
   Handle* handle_; /**< Null once moved from. */
 };
 

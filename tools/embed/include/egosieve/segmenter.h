@@ -29,9 +29,7 @@ extern "C" {
 /** Handle of a segmenter with its learnt state. Calls on one segmenter wait for each other. */
 typedef struct egosieve_segmenter egosieve_segmenter;
 
-/** Set of options to start from: one of the constants below. */
-typedef int32_t egosieve_profile;
-
+typedef int32_t egosieve_profile; /**< Set of options to start from: one of these. */
 /** The values of #egosieve_profile. */
 enum {
   EGOSIEVE_PROFILE_DEFAULT = 0, /**< Most accurate on handheld and driving video. */
