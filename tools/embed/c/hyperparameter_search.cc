@@ -57,52 +57,48 @@ Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
 }
 
 // J, with a count of its evaluations; -infinity if K is not positive definite with any jitter.
-class Objective {
- public:
-  // sparse: only for a sparse model.
-  Objective(kernels::Context& context, const gp::Hyperparameters& kind, const Subset& subset,
-            const egosieve_optimize_options& options,
-            const std::optional<gp::SparseModelOptions>& sparse, bool of_classes)
-      : context_(context),
-        kind_(kind),
-        subset_(subset),
-        options_(options),
-        sparse_(sparse),
-        of_classes_(of_classes) {}
+struct Objective {
+  kernels::Context& context;
+  const gp::Hyperparameters& kind;
+  const Subset& subset;
+  const egosieve_optimize_options& options;
+  const std::optional<gp::SparseModelOptions>& sparse;  // only for a sparse model
+  const bool of_classes;
+  std::vector<double> inducing = {};
+  double nugget = 0.0;  // of sigma_f^2, at least, that is added to sigma_n^2
+  int64_t evaluations = 0;
 
   // A sparse model's inducing inputs, by the hyperparameters theta.
   void ChooseInducing(const std::vector<double>& theta) {
-    if (!sparse_.has_value()) return;
-    inducing_ =
-        Take(gp::ChooseInducingInputs(context_, Take(gp::FromLogarithms(kind_, theta)).covariance,
-                                      subset_.view().inputs, sparse_->inducing_points));
+    if (!sparse.has_value()) return;
+    inducing =
+        Take(gp::ChooseInducingInputs(context, Take(gp::FromLogarithms(kind, theta)).covariance,
+                                      subset.view().inputs, sparse->inducing_points));
   }
 
-  // From now on sigma_n^2 has at least kNugget sigma_f^2 added to it.
-  void AddNugget() { nugget_ = kNugget; }
   // sigma_n with what was added to it.
   double NoiseWithNugget(const gp::Hyperparameters& there) const {
     const double signal = there.covariance.signal_stddev;
-    return std::sqrt(there.noise_variance() + nugget_ * signal * signal);
+    return std::sqrt(there.noise_variance() + nugget * signal * signal);
   }
 
   // gradient: null if it is not wanted; zeros where J is -infinity.
   double operator()(const std::vector<double>& theta, std::vector<double>* gradient) {
-    if (options_.should_stop != nullptr && options_.should_stop(options_.stop_argument) != 0) {
+    if (options.should_stop != nullptr && options.should_stop(options.stop_argument) != 0) {
       Check(absl::CancelledError("the optimisation was stopped"));
     }
-    ++evaluations_;
+    ++evaluations;
     if (gradient != nullptr) gradient->assign(theta.size(), 0.0);
-    gp::Hyperparameters there = Take(gp::FromLogarithms(kind_, theta));
+    gp::Hyperparameters there = Take(gp::FromLogarithms(kind, theta));
     const auto order =
         gradient == nullptr ? gp::LikelihoodOrder::kValue : gp::LikelihoodOrder::kValueAndGradient;
-    const gp::Observations data = subset_.view();
+    const gp::Observations data = subset.view();
     const double own = there.noise_variance();
     there.noise_stddev = NoiseWithNugget(there);
     const double noise = there.noise_variance();
     const double unit = gp::LargestPriorVariance(there.covariance, data.inputs);
     for (std::optional<double> jitter = 0.0; jitter.has_value();
-         jitter = sparse_.has_value() ? std::nullopt : gp::NextJitter(*jitter, unit)) {
+         jitter = sparse.has_value() ? std::nullopt : gp::NextJitter(*jitter, unit)) {
       if (*jitter > 0.0) there.noise_stddev = std::sqrt(noise + *jitter);
       absl::StatusOr<gp::MarginalLikelihood> likelihood = Likelihood(there, data, order);
       if (gp::IsNotPositiveDefinite(likelihood.status())) continue;
@@ -119,37 +115,25 @@ class Objective {
     return kMinusInfinity;
   }
 
-  int64_t evaluations() const { return evaluations_; }
-
- private:
   absl::StatusOr<gp::MarginalLikelihood> Likelihood(const gp::Hyperparameters& there,
                                                     const gp::Observations& data,
                                                     gp::LikelihoodOrder order) const {
-    if (of_classes_) {
+    if (of_classes) {
       const absl::Span<const double> labels(data.targets.data, data.targets.rows);
-      auto laplace = Take(gp::ApproximateByLaplace(
-          context_, there.covariance, {data.inputs, labels, data.noise_variances}, order));
-      if (!laplace.gradient.empty()) laplace.gradient.push_back(0.0);
-      return gp::MarginalLikelihood{laplace.log_likelihood, std::move(laplace.gradient)};
+      auto laplace = gp::ApproximateByLaplace(context, there.covariance,
+                                              {data.inputs, labels, data.noise_variances}, order);
+      if (!laplace.ok()) return laplace.status();  // not positive definite: more jitter
+      if (!laplace->gradient.empty()) laplace->gradient.push_back(0.0);
+      return gp::MarginalLikelihood{laplace->log_likelihood, std::move(laplace->gradient)};
     }
-    if (!sparse_.has_value()) {
-      return gp::ComputeMarginalLikelihood(context_, there, data, order);
+    if (!sparse.has_value()) {
+      return gp::ComputeMarginalLikelihood(context, there, data, order);
     }
-    const int64_t count = static_cast<int64_t>(inducing_.size()) / subset_.dimension;
-    return gp::ComputeSparseLikelihood(context_, there, data,
-                                       {inducing_.data(), count, subset_.dimension}, order,
-                                       SparseObjectiveOf(*sparse_));
+    const int64_t count = static_cast<int64_t>(inducing.size()) / subset.dimension;
+    return gp::ComputeSparseLikelihood(context, there, data,
+                                       {inducing.data(), count, subset.dimension}, order,
+                                       SparseObjectiveOf(*sparse));
   }
-
-  kernels::Context& context_;
-  const gp::Hyperparameters& kind_;
-  const Subset& subset_;
-  const egosieve_optimize_options& options_;
-  const std::optional<gp::SparseModelOptions>& sparse_;
-  const bool of_classes_;
-  std::vector<double> inducing_;
-  double nugget_ = 0.0;
-  int64_t evaluations_ = 0;
 };
 
 // The ascent from theta; of a sparse model in rounds, with inducing inputs chosen in each.
@@ -325,13 +309,13 @@ SearchResult SearchHyperparameters(kernels::Context& context, const gp::Hyperpar
   Ranges ranges = RangesOf(start, subset.view(), of_classes);
   std::vector<double> given = gp::ToLogarithms(start);
   const gp::HyperparameterBounds bounds = BoundsOf(options, ranges.bounds, given, of_classes);
-  Objective objective(context, start, subset, options, sparse, of_classes);
+  Objective objective{context, start, subset, options, sparse, of_classes};
   SearchResult result;
   egosieve_optimize_result& account = result.account;
   objective.ChooseInducing(given);
   account.log_likelihood_at_start = objective(given, nullptr);
   const bool has_fixed_noise = bounds.lower.back() == bounds.upper.back();
-  if (!has_fixed_noise) objective.AddNugget();
+  if (!has_fixed_noise) objective.nugget = kNugget;
   bounds.Clamp(given);
   bounds.Clamp(ranges.start);
   objective.ChooseInducing(ranges.start);
@@ -357,7 +341,7 @@ SearchResult SearchHyperparameters(kernels::Context& context, const gp::Hyperpar
   account.points = subset.points.size();
   account.log_likelihood = best.value;
   account.gradient_norm = best.gradient_norm;
-  account.evaluations = objective.evaluations();
+  account.evaluations = objective.evaluations;
   account.converged = best.converged;
   for (size_t t = 0; t < best.theta.size(); ++t) {
     const bool is_free = bounds.lower[t] < bounds.upper[t];

@@ -97,50 +97,45 @@ void LearningModel::Changed() {
 }
 
 void LearningModel::Condition(const gp::Observations& added) {
-  std::lock_guard lock(mutex_);
-  Check(std::visit([&](auto& model) { return model.AddObservations(added, 0); }, model_));
-  Changed();
+  Apply([&](auto& model) { Check(model.AddObservations(added, 0)); });
 }
 
 void LearningModel::Remove(std::vector<int64_t> rows) {
   std::sort(rows.begin(), rows.end());
-  std::lock_guard lock(mutex_);
-  const int64_t size = std::visit([](const auto& model) { return model.size(); }, model_);
-  for (size_t i = 0; i < rows.size(); ++i) {
-    Require(rows[i] >= 0 && rows[i] < size, "rows: %d; the model has %d points", rows[i], size);
-    Require(i == 0 || rows[i] != rows[i - 1], "rows: %d is there twice", rows[i]);
-  }
-  posterior_ = nullptr;  // so that the factor need not be copied for it
-  Check(std::visit([&](auto& model) { return model.Remove(rows); }, model_));
-  Changed();
+  Apply([&](auto& model) {
+    for (size_t i = 0; i < rows.size(); ++i) {
+      Require(rows[i] >= 0 && rows[i] < model.size(), "rows: %d; the model has %d points", rows[i],
+              model.size());
+      Require(i == 0 || rows[i] != rows[i - 1], "rows: %d is there twice", rows[i]);
+    }
+    posterior_ = nullptr;  // so that the factor need not be copied for it
+    Check(model.Remove(rows));
+  });
 }
 
 void LearningModel::SetHyperparameters(std::vector<double> scales, double signal_stddev,
                                        double noise_stddev) {
-  std::lock_guard lock(mutex_);
-  gp::Hyperparameters hyperparameters =
-      std::visit([](const auto& model) { return model.hyperparameters(); }, model_);
-  kernels::CovarianceParameters& covariance = hyperparameters.covariance;
-  Require(scales.size() == covariance.scales.size(), "scale_count = %d; this model has %d scales",
-          scales.size(), covariance.scales.size());
-  covariance.scales = std::move(scales);
-  covariance.signal_stddev = signal_stddev;
-  hyperparameters.noise_stddev = noise_stddev;
-  Check(std::visit([&](auto& model) { return model.SetHyperparameters(hyperparameters); }, model_));
-  Changed();
+  Apply([&](auto& model) {
+    gp::Hyperparameters hyperparameters = model.hyperparameters();
+    kernels::CovarianceParameters& covariance = hyperparameters.covariance;
+    Require(scales.size() == covariance.scales.size(), "scale_count = %d; this model has %d scales",
+            scales.size(), covariance.scales.size());
+    covariance.scales = std::move(scales);
+    covariance.signal_stddev = signal_stddev;
+    hyperparameters.noise_stddev = noise_stddev;
+    Check(model.SetHyperparameters(hyperparameters));
+  });
 }
 
 SearchResult LearningModel::Optimize(const egosieve_optimize_options& options) {
-  std::lock_guard lock(mutex_);
-  const auto optimize = [&](auto& model) {
-    SearchResult result = SearchHyperparameters(
-        *context_, model.hyperparameters(), model.observations(), options, SparseOptionsOf(model));
-    Check(model.SetHyperparameters(result.hyperparameters));
-    return result;
-  };
-  SearchResult result = std::visit(optimize, model_);
-  Changed();
-  is_renewed_ = true;
+  SearchResult result;
+  Apply(
+      [&](auto& model) {
+        result = SearchHyperparameters(*context_, model.hyperparameters(), model.observations(),
+                                       options, SparseOptionsOf(model));
+        Check(model.SetHyperparameters(result.hyperparameters));
+      },
+      /*renews=*/true);
   return result;
 }
 

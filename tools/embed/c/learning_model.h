@@ -93,6 +93,14 @@ class LearningModel {
   LearningModel(Model model, const kernels::DensePosteriorOptions& options);
   // Called under the lock: discards everything derived from the model.
   void Changed();
+  // Calls `change` with the model, under the lock; renews: it leaves the factor renewed.
+  template <typename Change>
+  void Apply(Change&& change, bool renews = false) {
+    std::lock_guard lock(mutex_);
+    std::visit(std::forward<Change>(change), model_);
+    Changed();
+    is_renewed_ = renews;
+  }
 
   const std::shared_ptr<kernels::Context> context_;
   const int64_t dimension_;
