@@ -1,6 +1,5 @@
 // The caller's arrays: checked first, then read and written element by element with their strides,
-// or in place if they are packed float32. All errors are InvalidArgument and begin with the
-// argument's name.
+// or in place if they are packed float32. Errors are InvalidArgument and name the argument.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_ARRAY_ACCESS_H_
 #define EGOSIEVE_TOOLS_EMBED_C_ARRAY_ACCESS_H_
 

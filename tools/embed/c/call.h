@@ -14,8 +14,7 @@
 #include "absl/strings/str_format.h"
 #include "tools/embed/include/egosieve/types.h"
 
-// Exported so that both libraries share one last error per thread; not part of the public
-// interface.
+// Exported so that both libraries share one last error per thread; not public.
 extern "C" EGOSIEVE_API void egosieve_internal_set_last_error(const char* function,
                                                               const char* text);
 

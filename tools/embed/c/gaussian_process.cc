@@ -88,8 +88,7 @@ std::shared_ptr<LearningModel> ModelOf(const egosieve_gp_options& options) {
   return LearningModel::Create(std::move(context), hyperparameters, sparse, posterior);
 }
 
-// The caller's points in float64, packed. y: N x k; for one output also 1 x N. v: of the rows,
-// empty if it is null.
+// The caller's points in float64, packed. y: N x k or, for one output, 1 x N. v: empty if null.
 struct GivenPoints {
   std::vector<double> x, y, v;
   int64_t rows, outputs, dimension;

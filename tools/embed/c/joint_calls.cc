@@ -1,6 +1,5 @@
 // Results that the model computes on the host, in float64, into the caller's arrays: joint
-// predictions, samples, gradients, leave-one-out. Nothing is written until all results are
-// computed.
+// predictions, samples, gradients, leave-one-out. All are computed before one is written.
 #include <algorithm>
 #include <vector>
 

@@ -71,8 +71,7 @@ class LearningModel {
 
   int64_t dimension() const { return dimension_; }  // D, never changes
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
-  // Calls `ask` with the model, a gp::ExactModel or gp::SparseModel, under the lock; returns its
-  // result.
+  // Calls `ask` with the gp::ExactModel or gp::SparseModel, under the lock.
   template <typename Ask>
   auto Visit(Ask&& ask) const {
     std::lock_guard lock(mutex_);

@@ -99,8 +99,7 @@ egosieve_frame_report ReportOf(const vision::FrameRecord& record) {
   return report;
 }
 
-// Gives the map and the report of what `learn` gives of a frame of this size, where they are
-// wanted.
+// Gives what is wanted of the map and the report that `learn` gives of a frame of this size.
 template <typename Learn>
 void GiveFrame(SegmenterSession& session, cv::Size size, const egosieve_map* map,
                egosieve_frame_report* report, const Learn& learn) {

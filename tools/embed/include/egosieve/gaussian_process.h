@@ -49,8 +49,7 @@
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
  * 6.41, 3.4; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Predictions and their errors are in
- * prediction.h; joint predictions, samples, gradients and leave-one-out predictions in
- * joint_posterior.h.
+ * prediction.h; samples, gradients and all else in joint_posterior.h.
  */
 #ifndef EGOSIEVE_GAUSSIAN_PROCESS_H_
 #define EGOSIEVE_GAUSSIAN_PROCESS_H_

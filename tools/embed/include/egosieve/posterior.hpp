@@ -1,7 +1,6 @@
 /**
  * @file posterior.hpp
- * Destinations of predictions, and immutable posteriors. The classes own the handles of
- * #egosieve_posterior.
+ * Destinations of predictions, and immutable posteriors, which own an #egosieve_posterior.
  */
 #ifndef EGOSIEVE_POSTERIOR_HPP_
 #define EGOSIEVE_POSTERIOR_HPP_

@@ -130,8 +130,7 @@ EGOSIEVE_API egosieve_status egosieve_device_count(int32_t* count);
 
 /**
  * Gives one line of text about a device, such as "cpu: pthread-AMD EPYC", ended by a zero byte.
- * @param index     0 to the count less 1. Its decimal digits are accepted wherever the name of a
- *                  device is.
+ * @param index     0 to the count less 1. Its digits may stand for a device's name.
  * @param text      Buffer of `capacity` bytes; a longer line is cut.
  * @param capacity  At least 1.
  */
