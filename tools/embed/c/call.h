@@ -100,11 +100,13 @@ void CheckStruct(const char* name, const Struct* given) {
           name, given->struct_size);
 }
 
-// The caller's fields; those that an older caller lacks have the values that `init` sets.
+// The caller's fields; those that an older caller lacks have the values that `init` sets. If it is
+// `optional`, null stands for these values.
 template <typename Struct>
-Struct Read(const char* name, const Struct* given, void (*init)(Struct*)) {
+Struct Read(const char* name, const Struct* given, void (*init)(Struct*), bool optional = false) {
   Struct values;
   init(&values);
+  if (optional && given == nullptr) return values;
   CheckStruct(name, given);
   std::memcpy(&values, given, given->struct_size);
   return values;

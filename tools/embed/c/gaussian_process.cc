@@ -138,11 +138,8 @@ gp::PointSet PointsOf(const LearningModel& model) {
 template <typename Run>
 void SearchBy(const LearningModel& model, const egosieve_optimize_options* options,
               egosieve_optimize_result* result, const Run& run) {
-  egosieve_optimize_options wishes;
-  egosieve_optimize_options_init(&wishes);
-  if (options != nullptr) wishes = Read("options", options, egosieve_optimize_options_init);
-  egosieve_optimize_result values{};
-  if (result != nullptr) values = Read("result", result, egosieve_optimize_result_init);
+  const auto wishes = Read("options", options, egosieve_optimize_options_init, /*optional=*/true);
+  const auto values = Read("result", result, egosieve_optimize_result_init, /*optional=*/true);
   const int64_t count = model.hyperparameters().count();
   Require(values.on_bound == nullptr || values.on_bound_count == count,
           "result.on_bound_count = %d; there are %d hyperparameters", values.on_bound_count, count);

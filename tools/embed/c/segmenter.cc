@@ -104,8 +104,7 @@ template <typename Learn>
 void GiveFrame(SegmenterSession& session, cv::Size size, const egosieve_map* map,
                egosieve_frame_report* report, const Learn& learn) {
   const kernels::ImageGrid grid{size.width, size.height, session.stride()};
-  egosieve_map wishes{};
-  if (map != nullptr) wishes = Read("map", map, egosieve_map_init);
+  const auto wishes = Read("map", map, egosieve_map_init, /*optional=*/true);
   if (report != nullptr) CheckStruct("report", report);
   MapOutput probability("map.probability", wishes.probability, grid);
   MapOutput mean("map.mean", wishes.mean, grid);
@@ -154,9 +153,8 @@ void egosieve_frame_report_init(egosieve_frame_report* report) { Initialise(repo
 egosieve_status egosieve_segmenter_create(const egosieve_segmenter_options* options,
                                           egosieve_segmenter** segmenter) {
   return New(__func__, segmenter, [&] {
-    egosieve_segmenter_options wishes;
-    egosieve_segmenter_options_init(&wishes);
-    if (options != nullptr) wishes = Read("options", options, egosieve_segmenter_options_init);
+    const auto wishes =
+        Read("options", options, egosieve_segmenter_options_init, /*optional=*/true);
     cv::Mat1b ignored = IgnoredArea(wishes.ignore);
     return std::make_shared<SegmenterSession>(Take(ContextOf(wishes.device)), wishes,
                                               std::move(ignored));

@@ -74,32 +74,30 @@ T TakeNumber(const gp::ArrayMap& arrays, const std::string& name) {
   return TakeArray<T>(arrays, name, 1)[0];
 }
 
-gp::NamedArray MaskArray(const cv::Mat1b& mask) {
-  if (mask.empty()) return {{0}, std::vector<uint8_t>()};
-  return {{mask.rows, mask.cols}, std::vector<uint8_t>(mask.begin(), mask.end())};
+// Pixels of one channel or three.
+gp::NamedArray ArrayOf(const cv::Mat& picture) {
+  const cv::Mat packed = picture.clone();
+  return {{packed.rows, int64_t{packed.cols} * packed.channels()},
+          std::vector<uint8_t>(packed.data, packed.data + packed.total() * packed.elemSize())};
+}
+
+// A view of `pixels`, the array `name`.
+kernels::ImageView PictureOf(const gp::ArrayMap& arrays, const std::string& name, int channels,
+                             const std::vector<uint8_t>& pixels) {
+  const std::vector<int64_t>& shape = arrays.at(name).shape;
+  RequireSound(shape.size() == 2 && shape[0] >= 1 && shape[0] <= kMaximumSide &&
+                   shape[1] >= channels && shape[1] % channels == 0 &&
+                   shape[1] / channels <= kMaximumSide,
+               "the shape of \"%s\" is that of no picture", name);
+  return {pixels.data(), static_cast<int>(shape[1] / channels), static_cast<int>(shape[0]),
+          channels, shape[1]};
 }
 
 cv::Mat1b TakeMask(const gp::ArrayMap& arrays) {
   const auto pixels = TakeArray<uint8_t>(arrays, "ignored");
-  const std::vector<int64_t>& shape = arrays.at("ignored").shape;
   if (pixels.empty()) return cv::Mat1b();
-  RequireSound(shape.size() == 2 && shape[0] <= kMaximumSide && shape[1] <= kMaximumSide,
-               "the shape of \"ignored\" is that of no picture");
-  cv::Mat1b mask(static_cast<int>(shape[0]), static_cast<int>(shape[1]));
-  std::copy(pixels.begin(), pixels.end(), mask.begin());
-  return mask;
-}
-
-gp::NamedArray PixelsOf(const vision::Frame& frame) {
-  const int channels = frame.is_grey ? 1 : 3;
-  const int64_t width = int64_t{frame.image.cols} * channels;
-  std::vector<uint8_t> pixels;
-  pixels.reserve(width * frame.image.rows);
-  for (int y = 0; y < frame.image.rows; ++y) {
-    const uint8_t* row = frame.image.ptr<uint8_t>(y);
-    for (int64_t x = 0; x < width; ++x) pixels.push_back(row[frame.is_grey ? 3 * x : x]);
-  }
-  return {{frame.image.rows, width}, std::move(pixels)};
+  const kernels::ImageView view = PictureOf(arrays, "ignored", 1, pixels);
+  return cv::Mat1b(view.height, view.width, const_cast<uint8_t*>(view.data)).clone();
 }
 
 vision::Frame FrameOf(const kernels::ImageView& image, int64_t index, double time_seconds) {
@@ -127,15 +125,8 @@ std::deque<vision::Frame> TakeFrames(const gp::ArrayMap& arrays) {
   for (int64_t i = 0; i < count; ++i) {
     const std::string name = "frame_" + std::to_string(i);
     const auto pixels = TakeArray<uint8_t>(arrays, name);
-    const std::vector<int64_t>& shape = arrays.at(name).shape;
-    const int channels = grey[i] != 0 ? 1 : 3;
-    RequireSound(shape.size() == 2 && shape[0] >= 1 && shape[0] <= kMaximumSide &&
-                     shape[1] >= channels && shape[1] % channels == 0 &&
-                     shape[1] / channels <= kMaximumSide,
-                 "the shape of \"%s\" is that of no picture", name);
-    frames.push_back(FrameOf({pixels.data(), static_cast<int>(shape[1] / channels),
-                              static_cast<int>(shape[0]), channels, shape[1]},
-                             indices[i], times[i]));
+    frames.push_back(
+        FrameOf(PictureOf(arrays, name, grey[i] != 0 ? 1 : 3, pixels), indices[i], times[i]));
   }
   return frames;
 }
@@ -216,7 +207,7 @@ std::string SegmenterSession::ToBytes() {
       {options_.profile, options_.stride, options_.budget, static_cast<int64_t>(options_.seed)});
   arrays["focal_ratio"] = gp::VectorArray<double>({options_.focal_ratio});
   arrays["lag"] = gp::VectorArray<int64_t>({options_.lag});
-  arrays["ignored"] = MaskArray(ignored_);
+  arrays["ignored"] = ignored_.empty() ? gp::VectorArray<uint8_t>({}) : ArrayOf(ignored_);
   arrays["waiting"] = gp::VectorArray<int64_t>({static_cast<int64_t>(waiting_.size())});
   arrays["next_frame"] = gp::VectorArray<int64_t>({next_frame_});
   arrays["checkpoint"] = gp::VectorArray<uint8_t>({checkpoint.begin(), checkpoint.end()});
@@ -225,7 +216,9 @@ std::string SegmenterSession::ToBytes() {
   std::vector<vision::Frame> frames(recent_.begin(), recent_.end());
   for (const Waiting& waiting : waiting_) frames.push_back(waiting.frame);
   for (const vision::Frame& frame : frames) {
-    arrays["frame_" + std::to_string(indices.size())] = PixelsOf(frame);
+    cv::Mat pixels = frame.image;
+    if (frame.is_grey) cv::extractChannel(frame.image, pixels, 0);
+    arrays["frame_" + std::to_string(indices.size())] = ArrayOf(pixels);
     indices.push_back(frame.index);
     grey.push_back(frame.is_grey);
     times.push_back(frame.time_seconds);

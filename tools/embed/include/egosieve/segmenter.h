@@ -46,7 +46,7 @@ typedef struct egosieve_segmenter_options {
   const char* device;       /**< As in egosieve_gp_options. A segmenter takes no OpenCL context and
                               no queue of the caller's. */
   /** Number of later frames that a frame's labels use, 0 to 100. The frame's map comes this many
-   * frames later and is more accurate once the focal length is known. One frame size. Default: 0. */
+   * frames later, better once the focal length is known. Needs frames of one size. Default: 0. */
   int64_t lag;
   /** Grey image of the frames' size, not 0 on pixels that do not show the scene: own vehicle,
    * captions. No motion is estimated there, and nothing counts as moving. Copied. Default: null. */
@@ -82,7 +82,7 @@ typedef struct egosieve_map {
   egosieve_array mean;        /**< Data null: not wanted. */
   egosieve_array deviation;   /**< Data null: not wanted. */
   /** The number of the object at each place, 0: none. Objects are connected regions of probability
-   * 0.25 or more with at least one value of 0.8 or more. Numbered from 1 by rows, anew each frame. */
+   * 0.25 or more with a value of 0.8 or more, numbered by rows from 1, anew in each frame. */
   egosieve_array objects;
 } egosieve_map;
 
