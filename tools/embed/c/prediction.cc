@@ -216,7 +216,8 @@ void PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
                  egosieve_prediction* prediction) {
   constexpr int64_t kMaximumPoints = int64_t{1} << 40;
   RequirePointer("grid", grid);
-  const auto [x0, y0, dx, dy, rows, columns] = *grid;
+  const double x0 = grid->x0, y0 = grid->y0, dx = grid->dx, dy = grid->dy;
+  const int64_t rows = grid->rows, columns = grid->columns;
   Require(rows >= 1 && columns >= 1 && rows <= kMaximumPoints / columns,
           "grid: %d rows x %d columns; each must be at least 1, and points at most 2^40", rows,
           columns);
@@ -229,12 +230,11 @@ void PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
   }
   CheckDimension(at, 2, "a grid");
   const Outputs outputs(prediction, rows, columns);
-  const int64_t width = columns;
   const Queries<double> queries = [&](int64_t begin, int64_t end, std::vector<double>& scratch) {
     scratch.resize((end - begin) * 2);
     for (int64_t k = begin; k < end; ++k) {
-      scratch[(k - begin) * 2] = x(k % width);
-      scratch[(k - begin) * 2 + 1] = y(k / width);
+      scratch[(k - begin) * 2] = x(k % columns);
+      scratch[(k - begin) * 2 + 1] = y(k / columns);
     }
     return kernels::ConstMatrixView<double>(scratch.data(), end - begin, 2);
   };
