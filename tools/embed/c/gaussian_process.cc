@@ -6,351 +6,263 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_format.h"
-#include "kernels/base/status_macros.h"
+#include "gp/io/model_file.h"
 #include "tools/embed/c/array_access.h"
 #include "tools/embed/c/device_contexts.h"
-#include "tools/embed/c/last_error.h"
 #include "tools/embed/c/learning_model.h"
-#include "tools/embed/c/model_handles.h"
-#include "tools/embed/c/model_options.h"
-#include "tools/embed/c/options.h"
 
 namespace egosieve::embed {
 namespace {
 
-// y: N x k; for one output also 1 x N.
-absl::StatusOr<InputArray> TargetsOf(const egosieve_const_array* y, int64_t count) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, InputArray::Matrix("y", y));
-  if (targets.rows() == 1 && count != 1) return InputArray::Vector("y", y);
-  return targets;
+static_assert(EGOSIEVE_MAX_DIMENSION == kernels::kMaxInputDimension);
+static_assert(EGOSIEVE_ZERO_MEAN == static_cast<int>(gp::MeanFunction::kZero) &&
+              EGOSIEVE_CONSTANT_MEAN == static_cast<int>(gp::MeanFunction::kConstant) &&
+              EGOSIEVE_LINEAR_MEAN == static_cast<int>(gp::MeanFunction::kLinear));
+
+// More than any covariance has; a larger count is an error.
+constexpr int64_t kMostScales = int64_t{1} << 20;
+
+kernels::CovarianceFunction CovarianceOf(const egosieve_gp_options& options) {
+  const std::string text = options.covariance_text == nullptr ? "" : options.covariance_text;
+  const egosieve_covariance kind = options.covariance;
+  Require(kind >= EGOSIEVE_ARCSINE && kind <= EGOSIEVE_NAMED_COVARIANCE,
+          "options.covariance = %d; it must be EGOSIEVE_ARCSINE, EGOSIEVE_SQUARED_EXPONENTIAL or "
+          "EGOSIEVE_NAMED_COVARIANCE",
+          kind);
+  if (text.empty() && kind == EGOSIEVE_ARCSINE) return kernels::CovarianceFunction::kArcsine;
+  if (kind == EGOSIEVE_SQUARED_EXPONENTIAL) {
+    Require(text.empty(), "options.covariance = %d and covariance_text = \"%s\"; set one", kind,
+            text);
+    return kernels::CovarianceFunction::kSquaredExponential;
+  }
+  RequirePointer("options.covariance_text", options.covariance_text);
+  return Take(kernels::CovarianceFunction::Parse(text));
 }
 
-// The caller's points in float64, packed.
-struct GivenPoints {
-  std::vector<double> x, y, v;  // v: of the rows, empty where not given
-  int64_t rows = 0, outputs = 0;
+gp::Hyperparameters HyperparametersOf(const egosieve_gp_options& options) {
+  const kernels::CovarianceFunction function = CovarianceOf(options);
+  Require(options.mean >= EGOSIEVE_ZERO_MEAN && options.mean <= EGOSIEVE_LINEAR_MEAN,
+          "options.mean = %d; it must be EGOSIEVE_ZERO_MEAN, EGOSIEVE_CONSTANT_MEAN or "
+          "EGOSIEVE_LINEAR_MEAN",
+          options.mean);
+  Require(options.dimension >= 1 && options.dimension <= EGOSIEVE_MAX_DIMENSION,
+          "options.dimension = %d; it must be 1 to %d", options.dimension, EGOSIEVE_MAX_DIMENSION);
+  gp::Hyperparameters hyperparameters = gp::DefaultHyperparameters(function, options.dimension);
+  std::vector<double>& scales = hyperparameters.covariance.scales;
+  const int64_t expected = options.scales == nullptr ? 0 : static_cast<int64_t>(scales.size());
+  Require(options.scale_count == expected,
+          "options.scale_count = %d; %s of %d inputs has %d scales", options.scale_count,
+          function.text(), options.dimension, scales.size());
+  if (options.scales != nullptr) scales.assign(options.scales, options.scales + expected);
+  hyperparameters.covariance.signal_stddev = options.signal_stddev;
+  hyperparameters.noise_stddev = options.noise_stddev;
+  hyperparameters.mean = static_cast<gp::MeanFunction>(options.mean);
+  Check(hyperparameters.Validate());
+  return hyperparameters;
+}
 
-  static absl::StatusOr<GivenPoints> Read(const LearningModel& model, const egosieve_const_array* x,
-                                          const egosieve_const_array* y, const char* v_name,
-                                          const egosieve_const_array* v) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray inputs, InputArray::Matrix("x", x));
-    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, TargetsOf(y, inputs.rows()));
-    if (inputs.columns() != model.dimension()) {
-      return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
-                                                        inputs.columns(), model.dimension()));
+// Nothing for an exact model.
+std::optional<gp::SparseModelOptions> SparseOptionsOf(const egosieve_gp_options& options) {
+  if (options.approximation == EGOSIEVE_EXACT) return std::nullopt;
+  Require(options.approximation == EGOSIEVE_DTC || options.approximation == EGOSIEVE_FITC,
+          "options.approximation = %d; it must be EGOSIEVE_EXACT, EGOSIEVE_DTC or EGOSIEVE_FITC",
+          options.approximation);
+  gp::SparseModelOptions sparse;
+  sparse.approximation = options.approximation == EGOSIEVE_DTC ? gp::SparseApproximation::kDtc
+                                                               : gp::SparseApproximation::kFitc;
+  sparse.inducing_points = options.inducing_points;
+  Check(sparse.Validate());
+  return sparse;
+}
+
+std::shared_ptr<LearningModel> ModelOf(const egosieve_gp_options& options) {
+  const gp::Hyperparameters hyperparameters = HyperparametersOf(options);
+  const auto sparse = SparseOptionsOf(options);
+  auto context = Take(options.opencl_context == nullptr
+                          ? ContextOf(options.device)
+                          : ContextOn(options.opencl_context, options.opencl_device));
+  Require(options.memory_cap_bytes >= 0, "options.memory_cap_bytes = %d; it must not be negative",
+          options.memory_cap_bytes);
+  kernels::DensePosteriorOptions posterior;  // the device's own cap
+  if (options.memory_cap_bytes > 0) posterior.memory_cap_bytes = options.memory_cap_bytes;
+  return LearningModel::Create(std::move(context), hyperparameters, sparse, posterior);
+}
+
+// The caller's points in float64, packed. y: N x k or, for one output, 1 x N. v: empty if null.
+struct GivenPoints {
+  std::vector<double> x, y, v;
+  int64_t rows, outputs, dimension;
+
+  GivenPoints(const LearningModel& model, const egosieve_const_array* given_x,
+              const egosieve_const_array* given_y, const char* v_name,
+              const egosieve_const_array* given_v)
+      : dimension(model.dimension()) {
+    const auto inputs = InputArray::Points("x", given_x, dimension);
+    InputArray targets("y", given_y);
+    rows = inputs.rows();
+    if (targets.rows() == 1 && rows != 1) targets = InputArray::Vector("y", given_y);
+    Require(targets.rows() == rows, "y: %d values; x has %d rows", targets.rows(), rows);
+    Require(rows == 0 || targets.columns() >= 1, "y: no columns");
+    inputs.CheckFinite<float>();  // queries are float32: a point beyond could
+                                  // never be queried
+    targets.CheckFinite<double>();
+    x = inputs.Values();
+    y = targets.Values();
+    outputs = targets.columns();
+    if (given_v == nullptr) return;
+    const auto values = InputArray::Vector(v_name, given_v);
+    Require(values.rows() == rows, "%s: %d values; x has %d rows", v_name, values.rows(), rows);
+    v = values.Values();
+    for (size_t i = 0; i < v.size(); ++i) {
+      Require(v[i] >= 0.0 && std::isfinite(v[i]), "%s(%d) = %g; it must be finite and not negative",
+              v_name, i, v[i]);
     }
-    if (targets.rows() != inputs.rows()) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("y: %d values; x has %d rows", targets.rows(), inputs.rows()));
-    }
-    if (targets.rows() > 0 && targets.columns() < 1) {
-      return absl::InvalidArgumentError("y: no columns");
-    }
-    // Queries are float32, so a point beyond its range could never be queried.
-    EGOSIEVE_RETURN_IF_ERROR(inputs.CheckFinite<float>());
-    EGOSIEVE_RETURN_IF_ERROR(targets.CheckFinite<double>());
-    GivenPoints points{inputs.Values(), targets.Values(), {}, inputs.rows(), targets.columns()};
-    if (v == nullptr) return points;
-    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray values, InputArray::Vector(v_name, v));
-    if (values.rows() != inputs.rows()) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("%s: %d values; x has %d rows", v_name, values.rows(), inputs.rows()));
-    }
-    points.v = values.Values();
-    for (size_t i = 0; i < points.v.size(); ++i) {
-      if (!(points.v[i] >= 0.0 && std::isfinite(points.v[i]))) {
-        return absl::InvalidArgumentError(absl::StrFormat(
-            "%s(%d) = %g; it must be finite and not negative", v_name, i, points.v[i]));
-      }
-    }
-    return points;
   }
-  kernels::ConstMatrixView<double> inputs(const LearningModel& model) const {
-    return {x.data(), rows, model.dimension()};
-  }
+  kernels::ConstMatrixView<double> inputs() const { return {x.data(), rows, dimension}; }
 };
 
-// v null: the points have no noise of their own.
-absl::Status ConditionOn(LearningModel& model, const egosieve_const_array* x,
-                         const egosieve_const_array* y, const egosieve_const_array* v) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const GivenPoints points, GivenPoints::Read(model, x, y, "v", v));
-  if (points.rows == 0) return absl::OkStatus();
-  return model.Condition(
-      {points.inputs(model), {points.y.data(), points.rows, points.outputs}, points.v});
-}
-
-gp::PointSet PointsOf(const LearningModel& model) {
-  return model.With([](const auto& regression) { return regression.State().points; });
-}
-
-absl::Status CopyNoiseVariances(const LearningModel& model, const egosieve_array* v) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("v", v));
-  gp::PointSet points = PointsOf(model);
-  points.noise_variances.resize(points.size(), 0.0);
-  EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray variances,
-                            OutputArray::Create("v", *v, points.size(), 1));
-  if (variances.wanted()) variances.Write(0, variances.size(), points.noise_variances.data());
-  return absl::OkStatus();
-}
-
-absl::Status CopyPoints(const LearningModel& model, const egosieve_array* x,
-                        const egosieve_array* y) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("x", x));
-  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("y", y));
-  const gp::PointSet points = PointsOf(model);
-  EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray inputs,
-                            OutputArray::Create("x", *x, points.size(), model.dimension()));
-  EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray targets,
-                            OutputArray::Create("y", *y, points.size(), points.outputs));
-  if (inputs.wanted()) inputs.Write(0, inputs.size(), points.inputs.data());
-  if (targets.wanted()) targets.Write(0, targets.size(), points.targets.data());
-  return absl::OkStatus();
-}
-
-// Runs `search` with the options, null where the caller's are, and gives the caller its result.
-template <typename Search>
-absl::Status OptimizeBy(const LearningModel& model, const egosieve_optimize_options* options,
-                        egosieve_optimize_result* result, const Search& run) {
-  egosieve_optimize_options wishes;
-  egosieve_optimize_options_init(&wishes);
-  if (options != nullptr) EGOSIEVE_RETURN_IF_ERROR(ReadStruct("options", options, wishes));
-  egosieve_optimize_result values{};
-  if (result != nullptr) EGOSIEVE_RETURN_IF_ERROR(ReadStruct("result", result, values));
-  SearchOptions search;
-  search.subset_size = wishes.subset_size;
-  search.restarts = wishes.restarts;
-  search.gradient_steps = wishes.gradient_steps;
-  search.tolerance = wishes.tolerance;
-  search.seed = wishes.seed;
-  const auto bounds = [&](const double* values) {
-    return values == nullptr ? std::vector<double>()
-                             : std::vector<double>(values, values + wishes.bound_count);
-  };
-  if (wishes.bound_count < 0) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("options.bound_count = %d", wishes.bound_count));
-  }
-  search.lower = bounds(wishes.lower_bounds);
-  search.upper = bounds(wishes.upper_bounds);
-  if (wishes.should_stop != nullptr) {
-    search.should_stop = [&] { return wishes.should_stop(wishes.stop_argument) != 0; };
-  }
-  const int64_t count = model.Describe().hyperparameters.count();
-  if (values.on_bound != nullptr && values.on_bound_count != count) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "result.on_bound_count = %d; there are %d hyperparameters", values.on_bound_count, count));
-  }
-  EGOSIEVE_ASSIGN_OR_RETURN(const SearchResult found, run(search));
-  if (result == nullptr) return absl::OkStatus();
-  values.log_likelihood_at_start = found.log_likelihood_at_start;
-  values.log_likelihood = found.log_likelihood;
-  values.evaluations = found.evaluations;
-  values.points = found.points;
-  values.converged = found.converged;
-  values.gradient_norm = found.gradient_norm;
-  if (values.on_bound != nullptr) {
-    std::copy(found.on_bound.begin(), found.on_bound.end(), values.on_bound);
-  }
-  WriteStruct(values, result);
-  return absl::OkStatus();
-}
-
-absl::Status Classify(LearningModel& model, const egosieve_const_array* x,
-                      const egosieve_const_array* y, const egosieve_const_array* weights,
-                      const egosieve_optimize_options* options, egosieve_optimize_result* result) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const GivenPoints points,
-                            GivenPoints::Read(model, x, y, "weights", weights));
-  if (points.outputs != 1 || points.rows == 0) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "y: %d x %d; labels are one column of at least one row", points.rows, points.outputs));
-  }
-  return OptimizeBy(model, options, result, [&](const SearchOptions& search) {
-    return model.Classify({points.inputs(model), points.y, points.v},
-                          options == nullptr ? nullptr : &search);
+egosieve_status Condition(const char* function, egosieve_gp* gp, const egosieve_const_array* x,
+                          const egosieve_const_array* y, const egosieve_const_array* v) {
+  return With(function, gp, [&](LearningModel& model) {
+    const GivenPoints points(model, x, y, "v", v);
+    if (points.rows == 0) return;
+    model.Condition({points.inputs(), {points.y.data(), points.rows, points.outputs}, points.v});
   });
 }
 
-egosieve_gp_info InfoOf(const LearningModel::Description& description) {
-  egosieve_gp_info info{};
-  const kernels::CovarianceParameters& covariance = description.hyperparameters.covariance;
-  info.size = description.size;
-  info.dimension = static_cast<int32_t>(covariance.input_dimension());
-  info.covariance = covariance.function == kernels::CovarianceFunction::kArcsine ? EGOSIEVE_ARCSINE
-                    : covariance.function == kernels::CovarianceFunction::kSquaredExponential
-                        ? EGOSIEVE_SQUARED_EXPONENTIAL
-                        : EGOSIEVE_NAMED_COVARIANCE;
-  info.scale_count = static_cast<int64_t>(covariance.scales.size());
-  std::copy_n(covariance.scales.begin(), std::min<int64_t>(info.scale_count, EGOSIEVE_INFO_SCALES),
-              info.scales);
-  info.signal_stddev = covariance.signal_stddev;
-  info.noise_stddev = description.hyperparameters.noise_stddev;
-  info.jitter = description.jitter;
-  info.squash_a = description.squash.a;
-  info.squash_b = description.squash.b;
-  info.has_labels = description.has_labels;
-  info.outputs = description.outputs;
-  info.mean = static_cast<egosieve_mean>(description.hyperparameters.mean);
-  info.coefficients =
-      gp::CoefficientCount(description.hyperparameters.mean, covariance.input_dimension());
-  if (description.sparse.has_value()) {
-    info.approximation = description.sparse->approximation == gp::SparseApproximation::kFitc
-                             ? EGOSIEVE_FITC
-                             : EGOSIEVE_DTC;
-    info.inducing_points = description.sparse->inducing_points;
+gp::PointSet PointsOf(const LearningModel& model) {
+  return model.Visit([](const auto& regression) { return regression.State().points; });
+}
+
+// Calls `run` with the options and gives the caller its result.
+template <typename Run>
+void SearchBy(const LearningModel& model, const egosieve_optimize_options* options,
+              egosieve_optimize_result* result, const Run& run) {
+  const auto wishes = Read("options", options, egosieve_optimize_options_init, /*optional=*/true);
+  const auto values = Read("result", result, egosieve_optimize_result_init, /*optional=*/true);
+  const int64_t count = model.hyperparameters().count();
+  Require(values.on_bound == nullptr || values.on_bound_count == count,
+          "result.on_bound_count = %d; there are %d hyperparameters", values.on_bound_count, count);
+  SearchResult found = run(wishes);
+  if (result == nullptr) return;
+  if (values.on_bound != nullptr) {
+    std::copy(found.on_bound.begin(), found.on_bound.end(), values.on_bound);
   }
-  info.inducing_count = description.inducing_size;
-  return info;
+  found.account.on_bound = values.on_bound;
+  found.account.on_bound_count = values.on_bound_count;
+  WriteStruct(found.account, result);
 }
 
 }  // namespace
-// More than any covariance has; a larger count is an error.
-constexpr int64_t kMostScales = int64_t{1} << 20;
 
 extern "C" {
 
 void egosieve_gp_options_init(egosieve_gp_options* options) {
-  if (options == nullptr) return;
-  *options = egosieve_gp_options{};
-  options->struct_size = sizeof *options;
-  options->covariance = EGOSIEVE_ARCSINE;
+  if (!Initialise(options)) return;
   options->signal_stddev = 1.0;
   options->noise_stddev = 0.1;
   options->inducing_points = gp::SparseModelOptions().inducing_points;
 }
 
-void egosieve_gp_info_init(egosieve_gp_info* info) {
-  if (info == nullptr) return;
-  *info = egosieve_gp_info{};
-  info->struct_size = sizeof *info;
-}
+void egosieve_gp_info_init(egosieve_gp_info* info) { Initialise(info); }
 
 void egosieve_optimize_options_init(egosieve_optimize_options* options) {
-  if (options == nullptr) return;
-  const SearchOptions defaults;
-  *options = egosieve_optimize_options{};
-  options->struct_size = sizeof *options;
-  options->subset_size = defaults.subset_size;
-  options->restarts = defaults.restarts;
-  options->gradient_steps = defaults.gradient_steps;
-  options->tolerance = defaults.tolerance;
-  options->seed = defaults.seed;
+  if (!Initialise(options)) return;
+  options->subset_size = 800;
+  options->gradient_steps = 500;
+  options->tolerance = 1e-3;
+  options->seed = 1;
 }
 
-void egosieve_optimize_result_init(egosieve_optimize_result* result) {
-  if (result == nullptr) return;
-  *result = egosieve_optimize_result{};
-  result->struct_size = sizeof *result;
-}
+void egosieve_optimize_result_init(egosieve_optimize_result* result) { Initialise(result); }
 
 egosieve_status egosieve_gp_create(const egosieve_gp_options* options, egosieve_gp** gp) {
-  return Guard(__func__, [&]() -> absl::Status {
-    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("gp", gp));
-    egosieve_gp_options wishes;
-    egosieve_gp_options_init(&wishes);
-    EGOSIEVE_RETURN_IF_ERROR(ReadStruct("options", options, wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto hyperparameters, HyperparametersOf(wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto sparse, SparseOptionsOf(wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(auto context,
-                              wishes.opencl_context == nullptr
-                                  ? ContextOf(wishes.device)
-                                  : ContextOn(wishes.opencl_context, wishes.opencl_device));
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto dense, PosteriorOptionsOf(wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        auto model, LearningModel::Create(std::move(context), hyperparameters, sparse, dense));
-    EGOSIEVE_ASSIGN_OR_RETURN(*gp, AllModels().Insert(std::move(model)));
-    return absl::OkStatus();
-  });
+  return New(__func__, gp,
+             [&] { return ModelOf(Read("options", options, egosieve_gp_options_init)); });
 }
 
-egosieve_status egosieve_gp_free(egosieve_gp* gp) {
-  if (gp == nullptr) return EGOSIEVE_OK;
-  return Guard(__func__, [&] { return AllModels().Erase("gp", gp); });
-}
+egosieve_status egosieve_gp_free(egosieve_gp* gp) { return Free(__func__, gp); }
 
 egosieve_status egosieve_gp_condition(egosieve_gp* gp, const egosieve_const_array* x,
                                       const egosieve_const_array* y) {
-  return WithModel(__func__, gp,
-                   [&](LearningModel& model) { return ConditionOn(model, x, y, nullptr); });
+  return Condition(__func__, gp, x, y, nullptr);
 }
 
 egosieve_status egosieve_gp_condition_noisy(egosieve_gp* gp, const egosieve_const_array* x,
                                             const egosieve_const_array* y,
                                             const egosieve_const_array* v) {
-  return WithModel(__func__, gp, [&](LearningModel& model) { return ConditionOn(model, x, y, v); });
+  return Condition(__func__, gp, x, y, v);
 }
 
 egosieve_status egosieve_gp_remove(egosieve_gp* gp, const int64_t* rows, int64_t count) {
-  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
+  return With(__func__, gp, [&](LearningModel& model) {
     const int64_t size = model.Describe().size;
-    if (count < 0 || count > size) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("count = %d; the model has %d points", count, size));
-    }
-    if (count == 0) return absl::OkStatus();
-    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("rows", rows));
-    return model.Remove(std::vector<int64_t>(rows, rows + count));
+    Require(count >= 0 && count <= size, "count = %d; the model has %d points", count, size);
+    if (count == 0) return;
+    RequirePointer("rows", rows);
+    model.Remove(std::vector<int64_t>(rows, rows + count));
   });
 }
 
 egosieve_status egosieve_gp_describe(egosieve_gp* gp, egosieve_gp_info* info) {
-  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
-    EGOSIEVE_RETURN_IF_ERROR(CheckStruct("info", info));
-    WriteStruct(InfoOf(model.Describe()), info);
-    return absl::OkStatus();
+  return With(__func__, gp, [&](LearningModel& model) {
+    CheckStruct("info", info);
+    WriteStruct(model.Describe(), info);
   });
 }
 
 egosieve_status egosieve_gp_points(egosieve_gp* gp, const egosieve_array* x,
                                    const egosieve_array* y) {
-  return WithModel(__func__, gp, [&](LearningModel& model) { return CopyPoints(model, x, y); });
+  return With(__func__, gp, [&](LearningModel& model) {
+    const gp::PointSet points = PointsOf(model);
+    const OutputArray inputs("x", x, points.size(), model.dimension());
+    const OutputArray targets("y", y, points.size(), points.outputs);
+    inputs.Write(points.inputs);
+    targets.Write(points.targets);
+  });
 }
 
 egosieve_status egosieve_gp_noise_variances(egosieve_gp* gp, const egosieve_array* v) {
-  return WithModel(__func__, gp,
-                   [&](LearningModel& model) { return CopyNoiseVariances(model, v); });
+  return With(__func__, gp, [&](LearningModel& model) {
+    gp::PointSet points = PointsOf(model);
+    points.noise_variances.resize(points.size(), 0.0);
+    OutputArray("v", v, points.size(), 1).Write(points.noise_variances);
+  });
 }
 
 egosieve_status egosieve_gp_scales(egosieve_gp* gp, double* scales, int64_t count) {
-  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
-    const std::vector<double> all = model.Describe().hyperparameters.covariance.scales;
-    if (count < static_cast<int64_t>(all.size())) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("count = %d; there are %d scales", count, all.size()));
-    }
-    if (!all.empty()) EGOSIEVE_RETURN_IF_ERROR(CheckPointer("scales", scales));
+  return With(__func__, gp, [&](LearningModel& model) {
+    const std::vector<double> all = model.hyperparameters().covariance.scales;
+    Require(count >= static_cast<int64_t>(all.size()), "count = %d; there are %d scales", count,
+            all.size());
+    if (!all.empty()) RequirePointer("scales", scales);
     std::copy(all.begin(), all.end(), scales);
-    return absl::OkStatus();
   });
 }
 
 egosieve_status egosieve_gp_covariance_text(egosieve_gp* gp, void* text, int64_t capacity,
                                             int64_t* size) {
-  return WithModel(__func__, gp, [&](LearningModel& model) {
-    const std::string name(model.Describe().hyperparameters.covariance.function.text());
-    return GiveBytes(name, text, capacity, size);
+  return With(__func__, gp, [&](LearningModel& model) {
+    GiveBytes(model.hyperparameters().covariance.function.text(), text, capacity, size);
   });
 }
 
 egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, const double* scales,
                                                 int64_t scale_count, double signal_stddev,
                                                 double noise_stddev) {
-  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
-    if (scale_count < 0 || scale_count > kMostScales) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("scale_count = %d; it must be 0 to %d", scale_count, kMostScales));
-    }
-    if (scale_count > 0) EGOSIEVE_RETURN_IF_ERROR(CheckPointer("scales", scales));
-    return model.SetHyperparameters(std::vector<double>(scales, scales + scale_count),
-                                    signal_stddev, noise_stddev);
+  return With(__func__, gp, [&](LearningModel& model) {
+    Require(scale_count >= 0 && scale_count <= kMostScales, "scale_count = %d; it must be 0 to %d",
+            scale_count, kMostScales);
+    if (scale_count > 0) RequirePointer("scales", scales);
+    model.SetHyperparameters({scales, scales + scale_count}, signal_stddev, noise_stddev);
   });
 }
 
 egosieve_status egosieve_gp_optimize(egosieve_gp* gp, const egosieve_optimize_options* options,
                                      egosieve_optimize_result* result) {
-  return WithModel(__func__, gp, [&](LearningModel& model) {
-    return OptimizeBy(model, options, result,
-                      [&](const SearchOptions& search) { return model.Optimize(search); });
+  return With(__func__, gp, [&](LearningModel& model) {
+    SearchBy(model, options, result,
+             [&](const egosieve_optimize_options& search) { return model.Optimize(search); });
   });
 }
 
@@ -359,13 +271,67 @@ egosieve_status egosieve_gp_classify(egosieve_gp* gp, const egosieve_const_array
                                      const egosieve_const_array* weights,
                                      const egosieve_optimize_options* options,
                                      egosieve_optimize_result* result) {
-  return WithModel(__func__, gp, [&](LearningModel& model) {
-    return Classify(model, x, y, weights, options, result);
+  return With(__func__, gp, [&](LearningModel& model) {
+    const GivenPoints points(model, x, y, "weights", weights);
+    Require(points.outputs == 1 && points.rows > 0,
+            "y: %d x %d; labels are one column of at least one row", points.rows, points.outputs);
+    SearchBy(model, options, result, [&](const egosieve_optimize_options& search) {
+      return model.Classify({points.inputs(), points.y, points.v},
+                            options == nullptr ? nullptr : &search);
+    });
   });
 }
 
 egosieve_status egosieve_gp_calibrate(egosieve_gp* gp) {
-  return WithModel(__func__, gp, [](LearningModel& model) { return model.Calibrate(); });
+  return With(__func__, gp, [](LearningModel& model) { model.Calibrate(); });
+}
+
+egosieve_status egosieve_gp_set_annotation(egosieve_gp* gp, const void* bytes, int64_t size) {
+  return With(__func__, gp, [&](LearningModel& model) {
+    Require(size >= 0 && size <= (int64_t{1} << 30), "size = %d bytes; it must be 0 to 2^30", size);
+    if (size > 0) RequirePointer("bytes", bytes);
+    const auto* text = static_cast<const char*>(bytes);
+    model.SetAnnotation(std::string(text, text + size));
+  });
+}
+
+egosieve_status egosieve_gp_annotation(egosieve_gp* gp, void* bytes, int64_t capacity,
+                                       int64_t* size) {
+  return With(__func__, gp,
+              [&](LearningModel& model) { GiveBytes(model.annotation(), bytes, capacity, size); });
+}
+
+egosieve_status egosieve_gp_save(egosieve_gp* gp, const char* path) {
+  return With(__func__, gp, [&](LearningModel& model) {
+    RequirePointer("path", path);
+    Check(gp::WriteModelFile(path, model.ToFile()));
+  });
+}
+
+egosieve_status egosieve_gp_load(const char* path, const char* device, egosieve_gp** gp) {
+  return New(__func__, gp, [&] {
+    RequirePointer("path", path);
+    gp::ModelFile file = Take(gp::ReadModelFile(path));
+    return LearningModel::FromFile(Take(ContextOf(device)), std::move(file));
+  });
+}
+
+egosieve_status egosieve_gp_serialize(egosieve_gp* gp, void* bytes, int64_t capacity,
+                                      int64_t* size) {
+  return With(__func__, gp, [&](LearningModel& model) {
+    GiveBytes(Take(gp::SerializeModel(model.ToFile())), bytes, capacity, size);
+  });
+}
+
+egosieve_status egosieve_gp_deserialize(const void* bytes, int64_t size, const char* device,
+                                        egosieve_gp** gp) {
+  return New(__func__, gp, [&] {
+    RequirePointer("bytes", bytes);
+    Require(size >= 0, "size = %d is negative", size);
+    const std::string_view text(static_cast<const char*>(bytes), static_cast<size_t>(size));
+    gp::ModelFile file = Take(gp::ParseModel(text));
+    return LearningModel::FromFile(Take(ContextOf(device)), std::move(file));
+  });
 }
 
 }  // extern "C"

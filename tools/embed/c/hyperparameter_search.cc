@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_format.h"
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/jitter_sequence.h"
 #include "gp/linalg/not_positive_definite.h"
@@ -16,7 +15,7 @@
 #include "gp/training/bounded_ascent.h"
 #include "gp/training/laplace_approximation.h"
 #include "gp/training/marginal_likelihood.h"
-#include "kernels/base/status_macros.h"
+#include "tools/embed/c/call.h"
 
 namespace egosieve::embed {
 namespace {
@@ -58,53 +57,52 @@ Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
 }
 
 // J, with a count of its evaluations; -infinity if K is not positive definite with any jitter.
-class Objective {
- public:
-  // sparse: only for a sparse model.
-  Objective(kernels::Context& context, const gp::Hyperparameters& kind, const Subset& subset,
-            const SearchOptions& options, const std::optional<gp::SparseModelOptions>& sparse)
-      : context_(context), kind_(kind), subset_(subset), options_(options), sparse_(sparse) {}
+struct Objective {
+  kernels::Context& context;
+  const gp::Hyperparameters& kind;
+  const Subset& subset;
+  const egosieve_optimize_options& options;
+  const std::optional<gp::SparseModelOptions>& sparse;  // only for a sparse model
+  const bool of_classes;
+  std::vector<double> inducing = {};
+  double nugget = 0.0;  // of sigma_f^2, at least, that is added to sigma_n^2
+  int64_t evaluations = 0;
 
   // A sparse model's inducing inputs, by the hyperparameters theta.
-  absl::Status ChooseInducing(const std::vector<double>& theta) {
-    if (!sparse_.has_value()) return absl::OkStatus();
-    EGOSIEVE_ASSIGN_OR_RETURN(const gp::Hyperparameters there, gp::FromLogarithms(kind_, theta));
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        inducing_, gp::ChooseInducingInputs(context_, there.covariance, subset_.view().inputs,
-                                            sparse_->inducing_points));
-    return absl::OkStatus();
+  void ChooseInducing(const std::vector<double>& theta) {
+    if (!sparse.has_value()) return;
+    inducing =
+        Take(gp::ChooseInducingInputs(context, Take(gp::FromLogarithms(kind, theta)).covariance,
+                                      subset.view().inputs, sparse->inducing_points));
   }
 
-  // From now on sigma_n^2 has at least kNugget sigma_f^2 added to it.
-  void AddNugget() { nugget_ = kNugget; }
   // sigma_n with what was added to it.
   double NoiseWithNugget(const gp::Hyperparameters& there) const {
     const double signal = there.covariance.signal_stddev;
-    return std::sqrt(there.noise_variance() + nugget_ * signal * signal);
+    return std::sqrt(there.noise_variance() + nugget * signal * signal);
   }
 
   // gradient: null if it is not wanted; zeros where J is -infinity.
-  absl::StatusOr<double> operator()(const std::vector<double>& theta,
-                                    std::vector<double>* gradient) {
-    if (options_.should_stop && options_.should_stop()) {
-      return absl::CancelledError("the optimisation was stopped");
+  double operator()(const std::vector<double>& theta, std::vector<double>* gradient) {
+    if (options.should_stop != nullptr && options.should_stop(options.stop_argument) != 0) {
+      Check(absl::CancelledError("the optimisation was stopped"));
     }
-    ++evaluations_;
+    ++evaluations;
     if (gradient != nullptr) gradient->assign(theta.size(), 0.0);
-    EGOSIEVE_ASSIGN_OR_RETURN(gp::Hyperparameters there, gp::FromLogarithms(kind_, theta));
+    gp::Hyperparameters there = Take(gp::FromLogarithms(kind, theta));
     const auto order =
         gradient == nullptr ? gp::LikelihoodOrder::kValue : gp::LikelihoodOrder::kValueAndGradient;
-    const gp::Observations data = subset_.view();
+    const gp::Observations data = subset.view();
     const double own = there.noise_variance();
     there.noise_stddev = NoiseWithNugget(there);
     const double noise = there.noise_variance();
     const double unit = gp::LargestPriorVariance(there.covariance, data.inputs);
     for (std::optional<double> jitter = 0.0; jitter.has_value();
-         jitter = sparse_.has_value() ? std::nullopt : gp::NextJitter(*jitter, unit)) {
+         jitter = sparse.has_value() ? std::nullopt : gp::NextJitter(*jitter, unit)) {
       if (*jitter > 0.0) there.noise_stddev = std::sqrt(noise + *jitter);
       absl::StatusOr<gp::MarginalLikelihood> likelihood = Likelihood(there, data, order);
       if (gp::IsNotPositiveDefinite(likelihood.status())) continue;
-      EGOSIEVE_RETURN_IF_ERROR(likelihood.status());
+      Check(likelihood.status());
       if (gradient != nullptr) {
         *gradient = std::move(likelihood->gradient);
         // Of log(sigma_n^2 + nugget + jitter) / 2, of which sigma_n and sigma_f have their shares.
@@ -117,44 +115,31 @@ class Objective {
     return kMinusInfinity;
   }
 
-  int64_t evaluations() const { return evaluations_; }
-
- private:
   absl::StatusOr<gp::MarginalLikelihood> Likelihood(const gp::Hyperparameters& there,
                                                     const gp::Observations& data,
                                                     gp::LikelihoodOrder order) const {
-    if (options_.of_classes) {
+    if (of_classes) {
       const absl::Span<const double> labels(data.targets.data, data.targets.rows);
-      EGOSIEVE_ASSIGN_OR_RETURN(
-          gp::LaplaceApproximation laplace,
-          gp::ApproximateByLaplace(context_, there.covariance,
-                                   {data.inputs, labels, data.noise_variances}, order));
-      if (!laplace.gradient.empty()) laplace.gradient.push_back(0.0);
-      return gp::MarginalLikelihood{laplace.log_likelihood, std::move(laplace.gradient)};
+      auto laplace = gp::ApproximateByLaplace(context, there.covariance,
+                                              {data.inputs, labels, data.noise_variances}, order);
+      if (!laplace.ok()) return laplace.status();  // not positive definite: more jitter
+      if (!laplace->gradient.empty()) laplace->gradient.push_back(0.0);
+      return gp::MarginalLikelihood{laplace->log_likelihood, std::move(laplace->gradient)};
     }
-    if (!sparse_.has_value()) {
-      return gp::ComputeMarginalLikelihood(context_, there, data, order);
+    if (!sparse.has_value()) {
+      return gp::ComputeMarginalLikelihood(context, there, data, order);
     }
-    const int64_t count = static_cast<int64_t>(inducing_.size()) / subset_.dimension;
-    return gp::ComputeSparseLikelihood(context_, there, data,
-                                       {inducing_.data(), count, subset_.dimension}, order,
-                                       SparseObjectiveOf(*sparse_));
+    const int64_t count = static_cast<int64_t>(inducing.size()) / subset.dimension;
+    return gp::ComputeSparseLikelihood(context, there, data,
+                                       {inducing.data(), count, subset.dimension}, order,
+                                       SparseObjectiveOf(*sparse));
   }
-
-  kernels::Context& context_;
-  const gp::Hyperparameters& kind_;
-  const Subset& subset_;
-  const SearchOptions& options_;
-  const std::optional<gp::SparseModelOptions>& sparse_;
-  std::vector<double> inducing_;
-  double nugget_ = 0.0;
-  int64_t evaluations_ = 0;
 };
 
 // The ascent from theta; of a sparse model in rounds, with inducing inputs chosen in each.
-absl::StatusOr<gp::AscentResult> AscendFrom(std::vector<double> theta, Objective& objective,
-                                            const gp::HyperparameterBounds& bounds,
-                                            const SearchOptions& options, bool is_sparse) {
+gp::AscentResult AscendFrom(std::vector<double> theta, Objective& objective,
+                            const gp::HyperparameterBounds& bounds,
+                            const egosieve_optimize_options& options, bool is_sparse) {
   gp::AscentOptions ascent;
   ascent.steps = options.gradient_steps;
   ascent.tolerance = options.tolerance;
@@ -163,11 +148,11 @@ absl::StatusOr<gp::AscentResult> AscendFrom(std::vector<double> theta, Objective
   };
   gp::AscentResult best;
   for (int round = 0; round < (is_sparse ? kSparseRounds : 1); ++round) {
-    EGOSIEVE_RETURN_IF_ERROR(objective.ChooseInducing(theta));
-    EGOSIEVE_ASSIGN_OR_RETURN(gp::AscentResult found, gp::Ascend(f, theta, bounds, ascent));
+    objective.ChooseInducing(theta);
+    gp::AscentResult found = Take(gp::Ascend(f, theta, bounds, ascent));
     if (is_sparse) {  // with the inputs that the model will choose
-      EGOSIEVE_RETURN_IF_ERROR(objective.ChooseInducing(found.theta));
-      EGOSIEVE_ASSIGN_OR_RETURN(found.value, objective(found.theta, nullptr));
+      objective.ChooseInducing(found.theta);
+      found.value = objective(found.theta, nullptr);
     }
     const bool rises = found.value > best.value + kLeastRise || round == 0;
     if (found.value > best.value || round == 0) best = found;
@@ -261,29 +246,25 @@ Ranges RangesOf(const gp::Hyperparameters& kind, const gp::Observations& data, b
 }
 
 // The given bounds, and the default ones widened to include `start`. Given values are positive.
-absl::StatusOr<gp::HyperparameterBounds> BoundsOf(const SearchOptions& options,
-                                                  gp::HyperparameterBounds bounds,
-                                                  const std::vector<double>& start) {
-  for (const auto* given : {&options.lower, &options.upper}) {
-    if (!given->empty() && given->size() != start.size()) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("%d bounds; there are %d hyperparameters: the scales, sigma_f, sigma_n",
-                          given->size(), start.size()));
-    }
-  }
-  const auto value = [](const std::vector<double>& given, size_t t) {
-    return given.empty() ? std::numeric_limits<double>::quiet_NaN() : given[t];
-  };
+gp::HyperparameterBounds BoundsOf(const egosieve_optimize_options& options,
+                                  gp::HyperparameterBounds bounds, const std::vector<double>& start,
+                                  bool of_classes) {
+  const bool given = options.lower_bounds != nullptr || options.upper_bounds != nullptr;
+  Require(!given || options.bound_count == static_cast<int64_t>(start.size()),
+          "%d bounds; there are %d hyperparameters: the scales, sigma_f, sigma_n",
+          options.bound_count, start.size());
   for (size_t t = 0; t < start.size(); ++t) {
-    const double lower = value(options.lower, t), upper = value(options.upper, t);
-    bounds.lower[t] = std::isnan(lower) ? std::min(bounds.lower[t], start[t]) : std::log(lower);
-    bounds.upper[t] = std::isnan(upper) ? std::max(bounds.upper[t], start[t]) : std::log(upper);
-    if (!(bounds.lower[t] <= bounds.upper[t]) || !std::isfinite(bounds.lower[t]) ||
-        !std::isfinite(bounds.upper[t])) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "bounds of hyperparameter %d: %g to %g; they must be positive, finite and in order", t,
-          std::exp(bounds.lower[t]), std::exp(bounds.upper[t])));
-    }
+    const bool is_fixed = of_classes && t + 1 == start.size();
+    const auto logarithm = [&](const double* values, double otherwise) {
+      return values == nullptr || is_fixed || std::isnan(values[t]) ? otherwise
+                                                                    : std::log(values[t]);
+    };
+    double &lower = bounds.lower[t], &upper = bounds.upper[t];
+    lower = logarithm(options.lower_bounds, std::min(lower, start[t]));
+    upper = logarithm(options.upper_bounds, std::max(upper, start[t]));
+    Require(lower <= upper && std::isfinite(lower) && std::isfinite(upper),
+            "bounds of hyperparameter %d: %g to %g; they must be positive, finite and in order", t,
+            std::exp(lower), std::exp(upper));
   }
   return bounds;
 }
@@ -304,81 +285,68 @@ std::vector<double> RandomStart(const std::vector<double>& theta_0,
 
 }  // namespace
 
-absl::Status SearchOptions::Validate() const {
-  if (subset_size < 0 || subset_size == 1) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("subset_size = %d; it must be 0 (all) or at least 2", subset_size));
-  }
-  if (restarts < 0 || gradient_steps < 0) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "restarts = %d, gradient_steps = %d; neither may be negative", restarts, gradient_steps));
-  }
-  if (!(tolerance > 0.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("tolerance = %g; it must be positive", tolerance));
-  }
-  return absl::OkStatus();
-}
-
 gp::SparseLikelihoodOptions SparseObjectiveOf(const gp::SparseModelOptions& options) {
   return {options.approximation == gp::SparseApproximation::kFitc ? gp::SparseObjective::kFitc
                                                                   : gp::SparseObjective::kVfe,
           options.relative_jitter};
 }
 
-absl::StatusOr<SearchResult> SearchHyperparameters(
-    kernels::Context& context, const gp::Hyperparameters& start, const gp::Observations& data,
-    const SearchOptions& options, const std::optional<gp::SparseModelOptions>& sparse) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  if (data.size() < 2) {
-    return absl::FailedPreconditionError(absl::StrFormat(
-        "hyperparameters need at least 2 points to be optimised on; there are %d", data.size()));
-  }
+SearchResult SearchHyperparameters(kernels::Context& context, const gp::Hyperparameters& start,
+                                   const gp::Observations& data,
+                                   const egosieve_optimize_options& options,
+                                   const std::optional<gp::SparseModelOptions>& sparse,
+                                   bool of_classes) {
+  Require(options.subset_size >= 0 && options.subset_size != 1,
+          "subset_size = %d; it must be 0 (all) or at least 2", options.subset_size);
+  Require(options.restarts >= 0 && options.gradient_steps >= 0,
+          "restarts = %d, gradient_steps = %d; neither may be negative", options.restarts,
+          options.gradient_steps);
+  Require(options.tolerance > 0.0, "tolerance = %g; it must be positive", options.tolerance);
+  RequireState(data.size() >= 2,
+               "hyperparameters need at least 2 points to be optimised on; there are %d",
+               data.size());
   const Subset subset = DrawSubset(data, options.subset_size, options.seed);
-  Ranges ranges = RangesOf(start, subset.view(), options.of_classes);
+  Ranges ranges = RangesOf(start, subset.view(), of_classes);
   std::vector<double> given = gp::ToLogarithms(start);
-  EGOSIEVE_ASSIGN_OR_RETURN(const gp::HyperparameterBounds bounds,
-                            BoundsOf(options, ranges.bounds, given));
-  Objective objective(context, start, subset, options, sparse);
+  const gp::HyperparameterBounds bounds = BoundsOf(options, ranges.bounds, given, of_classes);
+  Objective objective{context, start, subset, options, sparse, of_classes};
   SearchResult result;
-  EGOSIEVE_RETURN_IF_ERROR(objective.ChooseInducing(given));
-  EGOSIEVE_ASSIGN_OR_RETURN(result.log_likelihood_at_start, objective(given, nullptr));
+  egosieve_optimize_result& account = result.account;
+  objective.ChooseInducing(given);
+  account.log_likelihood_at_start = objective(given, nullptr);
   const bool has_fixed_noise = bounds.lower.back() == bounds.upper.back();
-  if (!has_fixed_noise) objective.AddNugget();
+  if (!has_fixed_noise) objective.nugget = kNugget;
   bounds.Clamp(given);
   bounds.Clamp(ranges.start);
-  EGOSIEVE_RETURN_IF_ERROR(objective.ChooseInducing(ranges.start));
-  EGOSIEVE_ASSIGN_OR_RETURN(const double of_data, objective(ranges.start, nullptr));
-  std::vector<std::vector<double>> starts = {of_data > result.log_likelihood_at_start ? ranges.start
-                                                                                      : given};
+  objective.ChooseInducing(ranges.start);
+  const double of_data = objective(ranges.start, nullptr);
+  std::vector<std::vector<double>> starts = {
+      of_data > account.log_likelihood_at_start ? ranges.start : given};
   std::mt19937_64 random(options.seed);
   for (int i = 0; i < options.restarts; ++i) {
     starts.push_back(RandomStart(ranges.start, bounds, random));
   }
   gp::AscentResult best;
   for (const std::vector<double>& theta : starts) {
-    EGOSIEVE_ASSIGN_OR_RETURN(gp::AscentResult found,
-                              AscendFrom(theta, objective, bounds, options, sparse.has_value()));
+    gp::AscentResult found = AscendFrom(theta, objective, bounds, options, sparse.has_value());
     if (found.value > best.value) best = std::move(found);
   }
   if (!(best.value > kMinusInfinity)) {
-    return gp::NotPositiveDefinite("the covariances are not positive definite at any start");
+    Check(gp::NotPositiveDefinite("the covariances are not positive definite at any start"));
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(result.hyperparameters, gp::FromLogarithms(start, best.theta));
+  result.hyperparameters = Take(gp::FromLogarithms(start, best.theta));
   if (!has_fixed_noise) {
     result.hyperparameters.noise_stddev = objective.NoiseWithNugget(result.hyperparameters);
   }
-  result.points = subset.points.size();
-  result.log_likelihood = best.value;
-  result.gradient_norm = best.gradient_norm;
-  result.evaluations = objective.evaluations();
-  result.converged = best.converged;
+  account.points = subset.points.size();
+  account.log_likelihood = best.value;
+  account.gradient_norm = best.gradient_norm;
+  account.evaluations = objective.evaluations;
+  account.converged = best.converged;
   for (size_t t = 0; t < best.theta.size(); ++t) {
     const bool is_free = bounds.lower[t] < bounds.upper[t];
-    result.on_bound.push_back(!is_free                           ? 0
-                              : best.theta[t] <= bounds.lower[t] ? -1
-                              : best.theta[t] >= bounds.upper[t] ? 1
-                                                                 : 0);
+    result.on_bound.push_back(
+        is_free * ((best.theta[t] >= bounds.upper[t]) - (best.theta[t] <= bounds.lower[t])));
   }
   return result;
 }

@@ -39,53 +39,31 @@
 #define EGOSIEVE_TOOLS_EMBED_C_HYPERPARAMETER_SEARCH_H_
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <vector>
 
-#include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/model/point_set.h"
 #include "gp/model/sparse_solution.h"
 #include "gp/training/sparse_likelihood.h"
 #include "kernels/runtime/context.h"
+#include "tools/embed/include/egosieve/gaussian_process.h"
 
 namespace egosieve::embed {
 
-struct SearchOptions {
-  int64_t subset_size = 800;  // points; 0: all
-  int restarts = 0;           // random starts after the first
-  int gradient_steps = 500;   // of one ascent, at most
-  double tolerance = 1e-3;    // of the largest component of J's projected gradient, nats
-  uint64_t seed = 1;          // of the subset and the restarts
-  // Bounds of scales, sigma_f and sigma_n; empty or NaN: the default.
-  std::vector<double> lower, upper;
-  bool of_classes = false;  // targets are labels, noise variances the points' weights
-  // Asked before each evaluation of J; true ends the search with Cancelled. May be empty.
-  std::function<bool()> should_stop;
-
-  absl::Status Validate() const;
-};
-
 struct SearchResult {
   gp::Hyperparameters hyperparameters;
-  double log_likelihood_at_start = 0.0;  // of S at the given theta, nats; may be -infinity
-  double log_likelihood = 0.0;
-  double gradient_norm = 0.0;  // the largest component of J's projected gradient, nats
-  int64_t evaluations = 0;
-  int64_t points = 0;         // |S|
-  bool converged = false;     // gradient_norm <= tolerance
-  std::vector<int> on_bound;  // of each theta: -1 on the lower, 1 on the upper bound, 0 between;
-                              // 0 also if fixed
+  egosieve_optimize_result account{};  // without on_bound
+  std::vector<int32_t> on_bound;
 };
 
-// FailedPrecondition with fewer than 2 points, and if J is -infinity at every start. Cancelled if
+// of_classes: targets are labels, noise variances the points' weights, and sigma_n is fixed. Throws
+// FailedPrecondition with fewer than 2 points, and if J is -infinity at every start; Cancelled if
 // should_stop says so.
-absl::StatusOr<SearchResult> SearchHyperparameters(
+SearchResult SearchHyperparameters(
     kernels::Context& context, const gp::Hyperparameters& start, const gp::Observations& data,
-    const SearchOptions& options,
-    const std::optional<gp::SparseModelOptions>& sparse = std::nullopt);
+    const egosieve_optimize_options& options,
+    const std::optional<gp::SparseModelOptions>& sparse = std::nullopt, bool of_classes = false);
 
 // The objective for training a sparse model with these options.
 gp::SparseLikelihoodOptions SparseObjectiveOf(const gp::SparseModelOptions& options);

@@ -1,10 +1,8 @@
 #include "tools/embed/c/learning_model.h"
 
 #include <algorithm>
-#include <utility>
 
-#include "absl/strings/str_format.h"
-#include "kernels/base/status_macros.h"
+#include "gp/calibration/leave_one_out.h"
 
 namespace egosieve::embed {
 namespace {
@@ -14,7 +12,7 @@ constexpr double kLaplaceNoise = 1e-3;  // sigma_n, part of the noise variances 
 // Labels are -1 and 1, or between. Values that are all 0 or 1 satisfy this, too, but almost always
 // follow the other convention for labels; their probabilities would be wrong.
 template <typename Model>
-absl::Status CheckLabels(const Model& model, bool is_laplace) {
+absl::Status LabelsOf(const Model& model, bool is_laplace) {
   if (is_laplace) return absl::OkStatus();
   const absl::Span<const double> targets = model.targets();
   if (model.outputs() > 1) {
@@ -49,17 +47,12 @@ std::optional<gp::SparseModelOptions> SparseOptionsOf(const gp::SparseModel& mod
 
 // devices: empty for the model's own.
 template <typename Model>
-absl::StatusOr<std::shared_ptr<const gp::AdaptivePosterior>> PosteriorOf(
+std::shared_ptr<const gp::AdaptivePosterior> PosteriorOf(
     const Model& model, const gp::SquashParameters& squash,
     const kernels::DensePosteriorOptions& options, const kernels::Contexts& devices) {
-  EGOSIEVE_ASSIGN_OR_RETURN(auto in_float32, model.MakePosterior(squash, options, devices));
-  EGOSIEVE_ASSIGN_OR_RETURN(auto in_float64, model.MakeFloat64Posterior());
-  return std::make_shared<const gp::AdaptivePosterior>(std::move(in_float32),
-                                                       std::move(in_float64));
+  return std::make_shared<const gp::AdaptivePosterior>(
+      Take(model.MakePosterior(squash, options, devices)), Take(model.MakeFloat64Posterior()));
 }
-
-int64_t InducingSize(const gp::ExactModel&) { return 0; }
-int64_t InducingSize(const gp::SparseModel& model) { return model.inducing_size(); }
 
 }  // namespace
 
@@ -69,35 +62,25 @@ LearningModel::LearningModel(Model model, const kernels::DensePosteriorOptions& 
       options_(options),
       model_(std::move(model)) {}
 
-absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::Create(
+std::shared_ptr<LearningModel> LearningModel::Create(
     std::shared_ptr<kernels::Context> context, const gp::Hyperparameters& hyperparameters,
     const std::optional<gp::SparseModelOptions>& sparse,
     const kernels::DensePosteriorOptions& options) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  if (sparse.has_value()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        gp::SparseModel model,
-        gp::SparseModel::Create(std::move(context), hyperparameters, *sparse));
-    return std::shared_ptr<LearningModel>(new LearningModel(std::move(model), options));
-  }
-  EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel model,
-                            gp::ExactModel::Create(std::move(context), hyperparameters));
-  return std::shared_ptr<LearningModel>(new LearningModel(std::move(model), options));
+  Check(options.Validate());
+  const auto make = [&]() -> Model {
+    if (!sparse) return Take(gp::ExactModel::Create(std::move(context), hyperparameters));
+    return Take(gp::SparseModel::Create(std::move(context), hyperparameters, *sparse));
+  };
+  return std::shared_ptr<LearningModel>(new LearningModel(make(), options));
 }
 
-absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::FromFile(
-    std::shared_ptr<kernels::Context> context, gp::ModelFile file) {
-  std::shared_ptr<LearningModel> model;
-  if (file.sparse.has_value()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        gp::SparseModel sparse,
-        gp::SparseModel::Restore(std::move(context), file.model, *file.sparse));
-    model.reset(new LearningModel(std::move(sparse), {}));
-  } else {
-    EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel exact,
-                              gp::ExactModel::Restore(std::move(context), file.model));
-    model.reset(new LearningModel(std::move(exact), {}));
-  }
+std::shared_ptr<LearningModel> LearningModel::FromFile(std::shared_ptr<kernels::Context> context,
+                                                       gp::ModelFile file) {
+  const auto make = [&]() -> Model {
+    if (!file.sparse) return Take(gp::ExactModel::Restore(std::move(context), file.model));
+    return Take(gp::SparseModel::Restore(std::move(context), file.model, *file.sparse));
+  };
+  std::shared_ptr<LearningModel> model(new LearningModel(make(), {}));
   model->squash_ = file.squash;
   const gp::SquashParameters uncalibrated;
   model->is_laplace_ = file.is_laplace;
@@ -110,109 +93,79 @@ absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::FromFile(
 
 void LearningModel::Changed() {
   posterior_ = nullptr;
-  calibrated_ = false;
-  is_laplace_ = false;
-  is_renewed_ = false;
+  calibrated_ = is_laplace_ = is_renewed_ = false;
 }
 
-absl::Status LearningModel::Condition(const gp::Observations& added) {
-  std::lock_guard lock(mutex_);
-  EGOSIEVE_RETURN_IF_ERROR(
-      std::visit([&](auto& model) { return model.AddObservations(added, 0); }, model_));
-  Changed();
-  return absl::OkStatus();
+void LearningModel::Condition(const gp::Observations& added) {
+  Apply([&](auto& model) { Check(model.AddObservations(added, 0)); });
 }
 
-absl::Status LearningModel::Remove(std::vector<int64_t> rows) {
+void LearningModel::Remove(std::vector<int64_t> rows) {
   std::sort(rows.begin(), rows.end());
-  std::lock_guard lock(mutex_);
-  const int64_t size = std::visit([](const auto& model) { return model.size(); }, model_);
-  for (size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i] < 0 || rows[i] >= size) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("rows: %d; the model has %d points", rows[i], size));
+  Apply([&](auto& model) {
+    for (size_t i = 0; i < rows.size(); ++i) {
+      Require(rows[i] >= 0 && rows[i] < model.size(), "rows: %d; the model has %d points", rows[i],
+              model.size());
+      Require(i == 0 || rows[i] != rows[i - 1], "rows: %d is there twice", rows[i]);
     }
-    if (i > 0 && rows[i] == rows[i - 1]) {
-      return absl::InvalidArgumentError(absl::StrFormat("rows: %d is there twice", rows[i]));
-    }
-  }
-  posterior_ = nullptr;  // so that the factor need not be copied for it
-  EGOSIEVE_RETURN_IF_ERROR(std::visit([&](auto& model) { return model.Remove(rows); }, model_));
-  Changed();
-  return absl::OkStatus();
+    posterior_ = nullptr;  // so that the factor need not be copied for it
+    Check(model.Remove(rows));
+  });
 }
 
-absl::Status LearningModel::SetHyperparameters(const std::vector<double>& scales,
-                                               double signal_stddev, double noise_stddev) {
-  std::lock_guard lock(mutex_);
-  gp::Hyperparameters hyperparameters =
-      std::visit([](const auto& model) { return model.hyperparameters(); }, model_);
-  if (scales.size() != hyperparameters.covariance.scales.size()) {
-    return absl::InvalidArgumentError(absl::StrFormat("scale_count = %d; this model has %d scales",
-                                                      scales.size(),
-                                                      hyperparameters.covariance.scales.size()));
-  }
-  hyperparameters.covariance.scales = scales;
-  hyperparameters.covariance.signal_stddev = signal_stddev;
-  hyperparameters.noise_stddev = noise_stddev;
-  EGOSIEVE_RETURN_IF_ERROR(
-      std::visit([&](auto& model) { return model.SetHyperparameters(hyperparameters); }, model_));
-  Changed();
-  return absl::OkStatus();
+void LearningModel::SetHyperparameters(std::vector<double> scales, double signal_stddev,
+                                       double noise_stddev) {
+  Apply([&](auto& model) {
+    gp::Hyperparameters hyperparameters = model.hyperparameters();
+    kernels::CovarianceParameters& covariance = hyperparameters.covariance;
+    Require(scales.size() == covariance.scales.size(), "scale_count = %d; this model has %d scales",
+            scales.size(), covariance.scales.size());
+    covariance.scales = std::move(scales);
+    covariance.signal_stddev = signal_stddev;
+    hyperparameters.noise_stddev = noise_stddev;
+    Check(model.SetHyperparameters(hyperparameters));
+  });
 }
 
-absl::StatusOr<SearchResult> LearningModel::Optimize(const SearchOptions& options) {
-  std::lock_guard lock(mutex_);
-  const auto optimize = [&](auto& model) -> absl::StatusOr<SearchResult> {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        SearchResult result,
-        SearchHyperparameters(*context_, model.hyperparameters(), model.observations(), options,
-                              SparseOptionsOf(model)));
-    EGOSIEVE_RETURN_IF_ERROR(model.SetHyperparameters(result.hyperparameters));
-    return result;
-  };
-  EGOSIEVE_ASSIGN_OR_RETURN(SearchResult result, std::visit(optimize, model_));
-  Changed();
-  is_renewed_ = true;
+SearchResult LearningModel::Optimize(const egosieve_optimize_options& options) {
+  SearchResult result;
+  Apply(
+      [&](auto& model) {
+        result = SearchHyperparameters(*context_, model.hyperparameters(), model.observations(),
+                                       options, SparseOptionsOf(model));
+        Check(model.SetHyperparameters(result.hyperparameters));
+      },
+      /*renews=*/true);
   return result;
 }
 
-absl::StatusOr<SearchResult> LearningModel::Classify(const gp::LabelledInputs& data,
-                                                     const SearchOptions* search) {
+SearchResult LearningModel::Classify(const gp::LabelledInputs& data,
+                                     const egosieve_optimize_options* search) {
   std::lock_guard lock(mutex_);
   const auto* exact = std::get_if<gp::ExactModel>(&model_);
-  if (exact == nullptr || exact->hyperparameters().mean != gp::MeanFunction::kZero) {
-    return absl::FailedPreconditionError("classes need an exact model with the zero mean");
-  }
+  RequireState(exact != nullptr && exact->hyperparameters().mean == gp::MeanFunction::kZero,
+               "classes need an exact model with the zero mean");
   SearchResult result;
   result.hyperparameters = exact->hyperparameters();
   result.hyperparameters.noise_stddev = kLaplaceNoise;
   if (search != nullptr) {
-    SearchOptions options = *search;
-    options.of_classes = true;
-    for (auto* bounds : {&options.lower, &options.upper}) {
-      if (!bounds->empty()) bounds->back() = kLaplaceNoise;
-    }
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        result, SearchHyperparameters(*context_, result.hyperparameters,
-                                      {data.inputs, data.labels, data.weights}, options));
+    result = SearchHyperparameters(*context_, result.hyperparameters,
+                                   {data.inputs, data.labels, data.weights}, *search, std::nullopt,
+                                   /*of_classes=*/true);
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(gp::LaplaceApproximation laplace,
-                            gp::ApproximateByLaplace(*context_, result.hyperparameters.covariance,
-                                                     data, gp::LikelihoodOrder::kValue));
+  gp::LaplaceApproximation laplace = Take(gp::ApproximateByLaplace(
+      *context_, result.hyperparameters.covariance, data, gp::LikelihoodOrder::kValue));
   if (search == nullptr) {
-    result.log_likelihood_at_start = result.log_likelihood = laplace.log_likelihood;
-    result.points = data.inputs.rows;
-    result.evaluations = 1;
+    result.account.log_likelihood_at_start = result.account.log_likelihood = laplace.log_likelihood;
+    result.account.points = data.inputs.rows;
+    result.account.evaluations = 1;
     result.on_bound.resize(result.hyperparameters.count());
   }
   for (double& variance : laplace.noise_variances) {
     variance = std::max(0.0, variance - kLaplaceNoise * kLaplaceNoise);
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel model,
-                            gp::ExactModel::Create(context_, result.hyperparameters));
-  EGOSIEVE_RETURN_IF_ERROR(
-      model.AddObservations({data.inputs, laplace.targets, laplace.noise_variances}, 0));
+  gp::ExactModel model = Take(gp::ExactModel::Create(context_, result.hyperparameters));
+  Check(model.AddObservations({data.inputs, laplace.targets, laplace.noise_variances}, 0));
   model_ = std::move(model);
   Changed();
   squash_ = gp::SquashParameters{};
@@ -220,29 +173,23 @@ absl::StatusOr<SearchResult> LearningModel::Classify(const gp::LabelledInputs& d
   return result;
 }
 
-absl::Status LearningModel::Calibrate() {
+void LearningModel::Calibrate() {
   std::lock_guard lock(mutex_);
-  const auto fit = [&](const auto& model) -> absl::Status {
-    if (model.size() < 2) {
-      return absl::FailedPreconditionError(
-          absl::StrFormat("calibration needs at least 2 points; there are %d", model.size()));
-    }
-    EGOSIEVE_RETURN_IF_ERROR(CheckLabels(model, is_laplace_));
-    if (calibrated_) return absl::OkStatus();
+  const auto fit = [&](const auto& model) {
+    RequireState(model.size() >= 2, "calibration needs at least 2 points; there are %d",
+                 model.size());
+    Check(LabelsOf(model, is_laplace_));
+    if (calibrated_) return;
     std::vector<double> labels;
     for (const double target : model.targets()) labels.push_back(0.5 * (target + 1.0));
-    EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut held_out, LeaveOneOutOf(model));
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        const gp::SquashFit fit,
-        gp::FitSquash(held_out.mean,
-                      held_out.LatentVariance(model.hyperparameters().noise_variance()), labels,
-                      gp::SquashParameters{}));
-    squash_ = fit.parameters;
+    const auto held_out = Take<gp::LeaveOneOut>(model.PredictLeaveOneOut());
+    const double noise = model.hyperparameters().noise_variance();
+    squash_ =
+        Take(gp::FitSquash(held_out.mean, held_out.LatentVariance(noise), labels, {})).parameters;
     calibrated_ = true;
     posterior_ = nullptr;
-    return absl::OkStatus();
   };
-  return std::visit(fit, model_);
+  std::visit(fit, model_);
 }
 
 void LearningModel::SetAnnotation(std::string annotation) {
@@ -250,39 +197,58 @@ void LearningModel::SetAnnotation(std::string annotation) {
   annotation_ = std::move(annotation);
 }
 
-absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
+gp::ModelFile LearningModel::ToFile() {
   std::lock_guard lock(mutex_);
   gp::ModelFile file;
-  const auto take = [&](auto& model) -> absl::Status {
+  const auto take = [&](auto& model) {
     if (!is_renewed_) {
-      EGOSIEVE_RETURN_IF_ERROR(Renew(model));
+      Check(Renew(model));
       posterior_ = nullptr;
       is_renewed_ = true;
     }
     file.model = model.State();
     file.sparse = SparseOptionsOf(model);
-    return absl::OkStatus();
   };
-  EGOSIEVE_RETURN_IF_ERROR(std::visit(take, model_));
+  std::visit(take, model_);
   file.squash = squash_;
   file.is_laplace = is_laplace_;
   file.annotations = annotation_;
   return file;
 }
 
-LearningModel::Description LearningModel::Describe() const {
-  std::lock_guard lock(mutex_);
+egosieve_gp_info LearningModel::Describe() const {
+  egosieve_gp_info info{};
   const auto describe = [&](const auto& model) {
-    return Description{model.hyperparameters(),
-                       squash_,
-                       model.size(),
-                       model.jitter(),
-                       CheckLabels(model, is_laplace_).ok(),
-                       model.outputs(),
-                       SparseOptionsOf(model),
-                       InducingSize(model)};
+    const gp::Hyperparameters& hyperparameters = model.hyperparameters();
+    const kernels::CovarianceParameters& covariance = hyperparameters.covariance;
+    using kernels::CovarianceFunction;
+    info.size = model.size();
+    info.dimension = static_cast<int32_t>(dimension_);
+    info.covariance = covariance.function == CovarianceFunction::kArcsine ? EGOSIEVE_ARCSINE
+                      : covariance.function == CovarianceFunction::kSquaredExponential
+                          ? EGOSIEVE_SQUARED_EXPONENTIAL
+                          : EGOSIEVE_NAMED_COVARIANCE;
+    info.scale_count = static_cast<int64_t>(covariance.scales.size());
+    std::copy_n(covariance.scales.begin(),
+                std::min<int64_t>(info.scale_count, EGOSIEVE_INFO_SCALES), info.scales);
+    info.signal_stddev = covariance.signal_stddev;
+    info.noise_stddev = hyperparameters.noise_stddev;
+    info.jitter = model.jitter();
+    info.squash_a = squash_.a;
+    info.squash_b = squash_.b;
+    info.has_labels = LabelsOf(model, is_laplace_).ok();
+    info.outputs = model.outputs();
+    info.mean = static_cast<egosieve_mean>(hyperparameters.mean);
+    info.coefficients = gp::CoefficientCount(hyperparameters.mean, dimension_);
+    if constexpr (requires { model.inducing_size(); }) {
+      const bool is_fitc = model.options().approximation == gp::SparseApproximation::kFitc;
+      info.approximation = is_fitc ? EGOSIEVE_FITC : EGOSIEVE_DTC;
+      info.inducing_points = model.options().inducing_points;
+      info.inducing_count = model.inducing_size();
+    }
   };
-  return std::visit(describe, model_);
+  Visit(describe);
+  return info;
 }
 
 std::string LearningModel::annotation() const {
@@ -290,25 +256,18 @@ std::string LearningModel::annotation() const {
   return annotation_;
 }
 
-absl::StatusOr<DevicePosterior> LearningModel::Posterior() {
-  std::lock_guard lock(mutex_);
-  const auto make = [&](const auto& model) -> absl::StatusOr<DevicePosterior> {
-    if (posterior_ == nullptr) {
-      EGOSIEVE_ASSIGN_OR_RETURN(posterior_, PosteriorOf(model, squash_, options_, {}));
-    }
-    return DevicePosterior{context_, posterior_, CheckLabels(model, is_laplace_)};
-  };
-  return std::visit(make, model_);
+DevicePosterior LearningModel::Posterior() {
+  return Visit([&](const auto& model) {
+    if (posterior_ == nullptr) posterior_ = PosteriorOf(model, squash_, options_, {});
+    return DevicePosterior{context_, posterior_, LabelsOf(model, is_laplace_)};
+  });
 }
 
-absl::StatusOr<DevicePosterior> LearningModel::PosteriorOn(const kernels::Contexts& devices) const {
-  std::lock_guard lock(mutex_);
-  const auto make = [&](const auto& model) -> absl::StatusOr<DevicePosterior> {
-    EGOSIEVE_ASSIGN_OR_RETURN(auto posterior, PosteriorOf(model, squash_, options_, devices));
-    return DevicePosterior{devices.front(), std::move(posterior), CheckLabels(model, is_laplace_),
-                           static_cast<int64_t>(devices.size())};
-  };
-  return std::visit(make, model_);
+DevicePosterior LearningModel::PosteriorOn(const kernels::Contexts& devices) const {
+  return Visit([&](const auto& model) {
+    return DevicePosterior{devices.front(), PosteriorOf(model, squash_, options_, devices),
+                           LabelsOf(model, is_laplace_), static_cast<int64_t>(devices.size())};
+  });
 }
 
 }  // namespace egosieve::embed

@@ -1,8 +1,8 @@
-// The object behind an egosieve_gp: an exact or a sparse model, its calibration, the posterior made
-// from both, and a lock.
+// The objects behind an egosieve_gp and an egosieve_posterior.
 //
-// Changes wait for each other. Posterior() waits for a change in progress, and makes the posterior
-// if the model has changed since the last call. Evaluating a posterior needs no lock.
+// A LearningModel is an exact or a sparse model, its calibration, the posterior made from both, and
+// a lock. Changes wait for each other. Posterior() waits for a change in progress, and makes the
+// posterior if the model has changed since the last call. Evaluating a posterior needs no lock.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_
 #define EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_
 
@@ -16,9 +16,6 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
-#include "absl/types/span.h"
-#include "gp/calibration/leave_one_out.h"
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/io/model_file.h"
@@ -28,70 +25,66 @@
 #include "gp/training/laplace_approximation.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/runtime/context.h"
+#include "tools/embed/c/handle_table.h"
 #include "tools/embed/c/hyperparameter_search.h"
-#include "tools/embed/c/prediction.h"
+#include "tools/embed/include/egosieve/gaussian_process.h"
 
 namespace egosieve::embed {
 
-// Leave-one-out predictions of all points, of either kind of model.
-template <typename Model>
-absl::StatusOr<gp::LeaveOneOut> LeaveOneOutOf(const Model& model) {
-  return model.PredictLeaveOneOut();
-}
+// A posterior with its device, or the first of its devices.
+struct DevicePosterior {
+  std::shared_ptr<kernels::Context> context;
+  std::shared_ptr<const gp::AdaptivePosterior> posterior;
+  absl::Status labels;  // if the targets are no labels: why there are no probabilities
+  int64_t devices = 1;
 
+  const gp::Posterior& in_float32() const { return posterior->in_float32(); }
+  int64_t outputs() const { return in_float32().outputs(); }
+  int64_t dimension() const { return in_float32().hyperparameters().covariance.input_dimension(); }
+};
+
+// Errors are thrown.
 class LearningModel {
  public:
   // sparse: options of a sparse model; without them the model is exact.
-  static absl::StatusOr<std::shared_ptr<LearningModel>> Create(
-      std::shared_ptr<kernels::Context> context, const gp::Hyperparameters& hyperparameters,
-      const std::optional<gp::SparseModelOptions>& sparse,
-      const kernels::DensePosteriorOptions& options);
-  static absl::StatusOr<std::shared_ptr<LearningModel>> FromFile(
-      std::shared_ptr<kernels::Context> context, gp::ModelFile file);
+  static std::shared_ptr<LearningModel> Create(std::shared_ptr<kernels::Context> context,
+                                               const gp::Hyperparameters& hyperparameters,
+                                               const std::optional<gp::SparseModelOptions>& sparse,
+                                               const kernels::DensePosteriorOptions& options);
+  static std::shared_ptr<LearningModel> FromFile(std::shared_ptr<kernels::Context> context,
+                                                 gp::ModelFile file);
 
-  // State of a model at one moment.
-  struct Description {
-    gp::Hyperparameters hyperparameters;
-    gp::SquashParameters squash;
-    int64_t size = 0;
-    double jitter = 0.0;
-    bool has_labels = false;
-    int64_t outputs = 1;
-    std::optional<gp::SparseModelOptions> sparse;
-    int64_t inducing_size = 0;  // current m
-  };
-
-  absl::Status Condition(const gp::Observations& added);
+  void Condition(const gp::Observations& added);
   // rows: each once, in any order.
-  absl::Status Remove(std::vector<int64_t> rows);
-  absl::Status SetHyperparameters(const std::vector<double>& scales, double signal_stddev,
-                                  double noise_stddev);
-  absl::StatusOr<SearchResult> Optimize(const SearchOptions& options);
+  void Remove(std::vector<int64_t> rows);
+  void SetHyperparameters(std::vector<double> scales, double signal_stddev, double noise_stddev);
+  SearchResult Optimize(const egosieve_optimize_options& options);
   // Replaces the points by the regression that stands for Laplace's approximation
   // (gp/training/laplace_approximation.h); sigma_n becomes 1e-3. search: null to keep the other
   // hyperparameters. The likelihoods of the result are those of the labels.
-  absl::StatusOr<SearchResult> Classify(const gp::LabelledInputs& data,
-                                        const SearchOptions* search);
+  SearchResult Classify(const gp::LabelledInputs& data, const egosieve_optimize_options* search);
   // Does nothing if the model has not changed since the last call.
-  absl::Status Calibrate();
+  void Calibrate();
   void SetAnnotation(std::string annotation);
   // Rebuilds the factor, or chooses the inducing inputs again.
-  absl::StatusOr<gp::ModelFile> ToFile();
+  gp::ModelFile ToFile();
 
   int64_t dimension() const { return dimension_; }  // D, never changes
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
-  Description Describe() const;
-  // Calls `ask` with the model, a gp::ExactModel or gp::SparseModel, under the lock; returns its
-  // result.
+  // Calls `ask` with the gp::ExactModel or gp::SparseModel, under the lock.
   template <typename Ask>
-  auto With(Ask&& ask) const {
+  auto Visit(Ask&& ask) const {
     std::lock_guard lock(mutex_);
     return std::visit(std::forward<Ask>(ask), model_);
   }
+  gp::Hyperparameters hyperparameters() const {
+    return Visit([](const auto& model) { return model.hyperparameters(); });
+  }
+  egosieve_gp_info Describe() const;
   std::string annotation() const;
-  absl::StatusOr<DevicePosterior> Posterior();
+  DevicePosterior Posterior();
   // The same on these devices, which share its queries; made by each call.
-  absl::StatusOr<DevicePosterior> PosteriorOn(const kernels::Contexts& devices) const;
+  DevicePosterior PosteriorOn(const kernels::Contexts& devices) const;
 
  private:
   using Model = std::variant<gp::ExactModel, gp::SparseModel>;
@@ -99,6 +92,14 @@ class LearningModel {
   LearningModel(Model model, const kernels::DensePosteriorOptions& options);
   // Called under the lock: discards everything derived from the model.
   void Changed();
+  // Calls `change` with the model, under the lock; renews: it leaves the factor renewed.
+  template <typename Change>
+  void Apply(Change&& change, bool renews = false) {
+    std::lock_guard lock(mutex_);
+    std::visit(std::forward<Change>(change), model_);
+    Changed();
+    is_renewed_ = renews;
+  }
 
   const std::shared_ptr<kernels::Context> context_;
   const int64_t dimension_;
@@ -111,6 +112,20 @@ class LearningModel {
   bool is_renewed_ = false;  // the factor is what ToFile would rebuild
   std::string annotation_;
   std::shared_ptr<const gp::AdaptivePosterior> posterior_;  // null: not made yet
+};
+
+template <>
+struct HandleOf<egosieve_gp> {
+  using Object = LearningModel;
+  static constexpr uint64_t kKind = 1;
+  static constexpr char kName[] = "gp";
+};
+
+template <>
+struct HandleOf<egosieve_posterior> {
+  using Object = const DevicePosterior;
+  static constexpr uint64_t kKind = 2;
+  static constexpr char kName[] = "posterior";
 };
 
 }  // namespace egosieve::embed

@@ -28,10 +28,10 @@
 #include <string_view>
 #include <utility>
 
-#include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "kernels/base/image_view.h"
 #include "kernels/runtime/context.h"
+#include "tools/embed/c/handle_table.h"
+#include "tools/embed/include/egosieve/segmenter.h"
 #include "vision/frame/frame.h"
 #include "vision/segmentation/frame_record.h"
 #include "vision/segmentation/online_segmenter.h"
@@ -41,20 +41,7 @@ namespace egosieve::embed {
 
 inline constexpr int64_t kSessionVersion = 3;
 
-enum class Profile { kDefault = 0, kPaper = 1, kFast = 2 };  // the numbers are written to files
-
-struct SessionOptions {
-  Profile profile = Profile::kDefault;
-  int stride = 5;      // pixels, 1 to 64
-  int64_t budget = 0;  // points, 10 to 20000; 0: the profile's
-  uint64_t seed = 1;
-  int64_t lag = 0;           // later frames that a frame's labels use, 0 to 100
-  double focal_ratio = 0.0;  // focal length over the longer side, at most 100; 0: not known
-  cv::Mat1b ignored;         // vision/frame/ignored_area.h
-
-  absl::Status Validate() const;
-};
-
+// Errors are thrown.
 class SegmenterSession {
  public:
   struct Result {
@@ -62,47 +49,53 @@ class SegmenterSession {
     vision::FrameRecord record;
   };
 
-  static absl::StatusOr<std::shared_ptr<SegmenterSession>> Create(
-      std::shared_ptr<kernels::Context> context, const SessionOptions& options);
-  static absl::StatusOr<std::shared_ptr<SegmenterSession>> FromBytes(
-      std::shared_ptr<kernels::Context> context, std::string_view bytes);
+  // Of the options all but device and ignore; ignored: vision/frame/ignored_area.h.
+  SegmenterSession(std::shared_ptr<kernels::Context> context,
+                   const egosieve_segmenter_options& options, cv::Mat1b ignored);
+  static std::shared_ptr<SegmenterSession> FromBytes(std::shared_ptr<kernels::Context> context,
+                                                     std::string_view bytes);
 
   // Takes a copy of the image, and learns from the frame that came `lag` frames before; returns
   // nothing if there is none. With a lag all frames must have one size, with an ignored area its
   // size; otherwise InvalidArgument. After an error of the device the frame counts as taken in, and
   // may have been learnt from.
-  absl::StatusOr<std::optional<Result>> Process(const kernels::ImageView& image,
-                                                double time_seconds, bool map_wanted);
+  std::optional<Result> Process(const kernels::ImageView& image, double time_seconds,
+                                bool map_wanted);
   // Learns from the next frame that waits for later frames; returns nothing if none waits.
-  absl::StatusOr<std::optional<Result>> Finish(bool map_wanted);
+  std::optional<Result> Finish(bool map_wanted);
   // How many frames were taken in, those before ToBytes included.
   int64_t FrameCount();
   // How many frames wait, and their size.
   std::pair<int64_t, cv::Size> WaitingFrames();
-  absl::StatusOr<std::string> ToBytes();
+  std::string ToBytes();
 
   int stride() const { return options_.stride; }
-  const cv::Mat1b& ignored() const { return options_.ignored; }
-  const std::shared_ptr<kernels::Context>& context() const { return context_; }
+  const cv::Mat1b& ignored() const { return ignored_; }
+  kernels::Context& context() const { return *context_; }
 
  private:
-  SegmenterSession(std::shared_ptr<kernels::Context> context, const SessionOptions& options,
-                   std::unique_ptr<vision::OnlineSegmenter> segmenter);
-
   struct Waiting {
     vision::Frame frame;
     std::shared_ptr<const vision::ExtractedFrame> extracted;
   };
 
-  absl::StatusOr<Result> LearnOldest(bool map_wanted);
+  Result LearnOldest(bool map_wanted);
 
   const std::shared_ptr<kernels::Context> context_;
-  const SessionOptions options_;
+  const egosieve_segmenter_options options_;
+  const cv::Mat1b ignored_;
   std::mutex mutex_;  // guards all members below
   std::unique_ptr<vision::OnlineSegmenter> segmenter_;
   std::deque<vision::Frame> recent_;  // of the last HistoryFrames() pictures learnt from
   std::deque<Waiting> waiting_;       // frames after these, at most `lag`
   int64_t next_frame_ = 0;
+};
+
+template <>
+struct HandleOf<egosieve_segmenter> {
+  using Object = SegmenterSession;
+  static constexpr uint64_t kKind = 3;
+  static constexpr char kName[] = "segmenter";
 };
 
 }  // namespace egosieve::embed

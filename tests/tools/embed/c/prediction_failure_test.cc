@@ -15,7 +15,7 @@
 namespace egosieve {
 namespace {
 
-constexpr int64_t kQueries = 3 * (int64_t{1} << 16);  // tools/embed/c/prediction.h: three pieces
+constexpr int64_t kQueries = 3 * (int64_t{1} << 16);  // tools/embed/c/prediction.cc: three pieces
 constexpr double kUntouched = -7.0;
 
 egosieve_const_array Input(const std::vector<double>& values) {

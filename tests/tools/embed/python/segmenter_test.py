@@ -116,7 +116,7 @@ class SegmenterTest(unittest.TestCase):
             (TypeError, "frame has dtype float64", lambda: segmenter.process(picture.astype(float))),
             (TypeError, "frame has dtype object", lambda: segmenter.process(picture.astype(object))),
             (ValueError, "frame has shape", lambda: segmenter.process(picture[0, 0])),
-            (ValueError, "frame must be height x width", lambda: segmenter.process(picture[..., :2])),
+            (ValueError, r"frame has shape \(20, 30, 2\); it must be height x width", lambda: segmenter.process(picture[..., :2])),
             (ValueError, "time_seconds = nan", lambda: segmenter.process(picture, float("nan"))),
             (ValueError, "order = 'gbr'", lambda: segmenter.process(picture, order="gbr")),
             (ValueError, "profile = 'slow'", lambda: egosieve.Segmenter("slow")),

@@ -85,12 +85,10 @@ EGOSIEVE_API egosieve_status egosieve_posterior_opencl(egosieve_posterior* poste
  * and any handle of the call, may be freed before the commands have ended.
  *
  * Works for models of one output with the zero mean, on devices with float64; otherwise
- * #EGOSIEVE_FAILED_PRECONDITION. After an error, commands enqueued before it may still write into
- * the results.
+ * #EGOSIEVE_FAILED_PRECONDITION. After an error, earlier commands may still write results.
  * @param posterior  The posterior.
  * @param call       Queries, results and queue.
- * @param event      Out: a cl_event that ends with the last command; the caller releases it. Null:
- *                   not wanted.
+ * @param event      Out: a cl_event of the last command, which the caller releases; or null.
  */
 EGOSIEVE_API egosieve_status egosieve_posterior_enqueue(egosieve_posterior* posterior,
                                                         const egosieve_device_call* call,

@@ -49,8 +49,7 @@
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
  * 6.41, 3.4; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Predictions and their errors are in
- * prediction.h; joint predictions, samples, gradients and leave-one-out predictions in
- * joint_posterior.h.
+ * prediction.h; samples, gradients and all else in joint_posterior.h.
  */
 #ifndef EGOSIEVE_GAUSSIAN_PROCESS_H_
 #define EGOSIEVE_GAUSSIAN_PROCESS_H_
@@ -61,9 +60,7 @@
 extern "C" {
 #endif
 
-/** Covariance function: one of the constants below. */
-typedef int32_t egosieve_covariance;
-
+typedef int32_t egosieve_covariance; /**< Covariance function: one of these. */
 /** The values of #egosieve_covariance. */
 enum {
   EGOSIEVE_ARCSINE = 0,             /**< Neural network covariance, D + 1 weights, bias first. */
@@ -71,9 +68,7 @@ enum {
   EGOSIEVE_NAMED_COVARIANCE = 2     /**< The one that a text names. */
 };
 
-/** Mean function: one of the constants below. */
-typedef int32_t egosieve_mean;
-
+typedef int32_t egosieve_mean; /**< Mean function: one of these. */
 /** The values of #egosieve_mean. */
 enum {
   EGOSIEVE_ZERO_MEAN = 0,     /**< No coefficients. */
@@ -81,9 +76,7 @@ enum {
   EGOSIEVE_LINEAR_MEAN = 2    /**< D + 1 coefficients, the constant first. */
 };
 
-/** Approximation of a sparse model: one of the constants below. */
-typedef int64_t egosieve_approximation;
-
+typedef int64_t egosieve_approximation; /**< Approximation of a sparse model: one of these. */
 /** The values of #egosieve_approximation. */
 enum {
   EGOSIEVE_EXACT = 0, /**< None: the exact model. */

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "arrays.hpp"
@@ -117,8 +116,11 @@ struct Likelihood {
 };
 
 /** A model that learns. Calls on one model wait for each other. */
-class GaussianProcess {
+class GaussianProcess : public Predictor<egosieve_gp, egosieve_gp_free, egosieve_gp_predict,
+                                         egosieve_gp_predict_grid, egosieve_gp_predict_image> {
  public:
+  using Predictor::Predictor;
+
   /** Creates a model without points: the prior. */
   static Result<GaussianProcess> Create(const GaussianProcessOptions& options) {
     egosieve_gp_options c;
@@ -138,51 +140,40 @@ class GaussianProcess {
     c.approximation = static_cast<egosieve_approximation>(options.approximation);
     c.inducing_points = options.inducing_points;
     egosieve_gp* handle = nullptr;
-    return Own(egosieve_gp_create(&c, &handle), handle);
+    return internal::Own<GaussianProcess>(egosieve_gp_create(&c, &handle), handle);
   }
   /** Reads a model file. */
   static Result<GaussianProcess> Load(const std::string& path, const std::string& device = "") {
     egosieve_gp* handle = nullptr;
-    return Own(egosieve_gp_load(path.c_str(), device.c_str(), &handle), handle);
+    return internal::Own<GaussianProcess>(egosieve_gp_load(path.c_str(), device.c_str(), &handle),
+                                          handle);
   }
   /** Creates a model from the bytes of Serialize(). */
   static Result<GaussianProcess> Deserialize(const std::string& bytes,
                                              const std::string& device = "") {
     egosieve_gp* handle = nullptr;
     const auto size = static_cast<int64_t>(bytes.size());
-    return Own(egosieve_gp_deserialize(bytes.data(), size, device.c_str(), &handle), handle);
+    return internal::Own<GaussianProcess>(
+        egosieve_gp_deserialize(bytes.data(), size, device.c_str(), &handle), handle);
   }
-
-  /** Takes ownership of the handle. */
-  explicit GaussianProcess(egosieve_gp* handle) : handle_(handle) {}
-  /** Takes the other's handle. */
-  GaussianProcess(GaussianProcess&& other) noexcept
-      : handle_(std::exchange(other.handle_, nullptr)) {}
-  /** Exchanges the handles. */
-  GaussianProcess& operator=(GaussianProcess&& other) noexcept {
-    std::swap(handle_, other.handle_);
-    return *this;
-  }
-  ~GaussianProcess() { egosieve_gp_free(handle_); }
 
   /** Adds N points: x is N x D, y is N x k. */
   Status Condition(const ConstArray& x, const ConstArray& y) {
-    return Status::FromC(egosieve_gp_condition(handle_, x.c(), y.c()));
+    return Call(egosieve_gp_condition, x.c(), y.c());
   }
   /** The same with a noise variance for each point, on top of sigma_n^2. */
   Status Condition(const ConstArray& x, const ConstArray& y, const ConstArray& noise_variances) {
-    return Status::FromC(egosieve_gp_condition_noisy(handle_, x.c(), y.c(), noise_variances.c()));
+    return Call(egosieve_gp_condition_noisy, x.c(), y.c(), noise_variances.c());
   }
   /** Removes points by index, each once, in any order; the points after them move up. */
   Status Remove(const std::vector<int64_t>& rows) {
-    return Status::FromC(
-        egosieve_gp_remove(handle_, rows.data(), static_cast<int64_t>(rows.size())));
+    return Call(egosieve_gp_remove, rows.data(), static_cast<int64_t>(rows.size()));
   }
   /** Sets the hyperparameters and rebuilds the factor. */
   Status SetHyperparameters(const std::vector<double>& scales, double signal_stddev,
                             double noise_stddev) {
-    return Status::FromC(egosieve_gp_set_hyperparameters(
-        handle_, scales.data(), static_cast<int64_t>(scales.size()), signal_stddev, noise_stddev));
+    return Call(egosieve_gp_set_hyperparameters, scales.data(), static_cast<int64_t>(scales.size()),
+                signal_stddev, noise_stddev);
   }
   /** Maximises the log marginal likelihood over the hyperparameters. */
   Result<OptimizeResult> Optimize(const OptimizeOptions& options = {}) {
@@ -206,13 +197,13 @@ class GaussianProcess {
         });
   }
   /** Fits the probabilities by leave-one-out likelihood; every y must be a label. */
-  Status Calibrate() { return Status::FromC(egosieve_gp_calibrate(handle_)); }
+  Status Calibrate() { return Call(egosieve_gp_calibrate); }
 
   /** The current state of the model. */
   Result<GaussianProcessInfo> Describe() const {
     egosieve_gp_info c;
     egosieve_gp_info_init(&c);
-    Status status = Status::FromC(egosieve_gp_describe(handle_, &c));
+    Status status = Call(egosieve_gp_describe, &c);
     if (!status.ok()) return status;
     GaussianProcessInfo info;
     info.size = c.size;
@@ -221,11 +212,9 @@ class GaussianProcess {
     info.mean = static_cast<Mean>(c.mean);
     info.outputs = c.outputs;
     info.scales.resize(static_cast<size_t>(c.scale_count));
-    status = Status::FromC(egosieve_gp_scales(handle_, info.scales.data(), c.scale_count));
+    status = Call(egosieve_gp_scales, info.scales.data(), c.scale_count);
     if (!status.ok()) return status;
-    Result<std::string> text = Bytes([this](void* bytes, int64_t capacity, int64_t* size) {
-      return egosieve_gp_covariance_text(handle_, bytes, capacity, size);
-    });
+    Result<std::string> text = Bytes(egosieve_gp_covariance_text);
     if (!text.ok()) return text.status();
     info.covariance_text = *std::move(text);
     info.signal_stddev = c.signal_stddev;
@@ -239,12 +228,10 @@ class GaussianProcess {
     return info;
   }
   /** Copies the noise variances of the points, n values. */
-  Status NoiseVariances(const Array& v) const {
-    return Status::FromC(egosieve_gp_noise_variances(handle_, &v.c()));
-  }
+  Status NoiseVariances(const Array& v) const { return Call(egosieve_gp_noise_variances, &v.c()); }
   /** Copies the points: x is n x D, y is n x k; a default Array is not wanted. */
   Status Points(const Array& x, const Array& y) const {
-    return Status::FromC(egosieve_gp_points(handle_, &x.c(), &y.c()));
+    return Call(egosieve_gp_points, &x.c(), &y.c());
   }
   /** log p(y | X). */
   Result<double> LogMarginalLikelihood() const {
@@ -252,35 +239,15 @@ class GaussianProcess {
     return internal::Given(egosieve_gp_log_marginal_likelihood(handle_, &value), value);
   }
 
-  /** At M x D points. */
-  Result<PredictionCounts> Predict(const ConstArray& x, const Prediction& prediction) const {
-    return internal::Predict(
-        prediction, [&](egosieve_prediction* c) { return egosieve_gp_predict(handle_, x.c(), c); });
-  }
-  /** Predicts on a grid in the plane; needs D = 2. */
-  Result<PredictionCounts> PredictGrid(const Grid& grid, const Prediction& prediction) const {
-    return internal::Predict(prediction, [&](egosieve_prediction* c) {
-      return egosieve_gp_predict_grid(handle_, &grid, c);
-    });
-  }
-  /** Predicts at every `stride`-th pixel; needs D = 6. See egosieve_gp_predict_image(). */
-  Result<PredictionCounts> PredictImage(const Image& image, int32_t stride,
-                                        const Prediction& prediction) const {
-    const egosieve_image c_image = image.c();
-    return internal::Predict(prediction, [&](egosieve_prediction* c) {
-      return egosieve_gp_predict_image(handle_, &c_image, stride, c);
-    });
-  }
   /** The inputs of PredictImage() at N places (x, y) in pixels: out is N x 6. */
   Status DescribePixels(const Image& image, const ConstArray& places, const Array& out) const {
     const egosieve_image c_image = image.c();
-    return Status::FromC(egosieve_gp_describe_pixels(handle_, &c_image, places.c(), &out.c()));
+    return Call(egosieve_gp_describe_pixels, &c_image, places.c(), &out.c());
   }
   /** Mean (M x k) and joint covariance (M x M) at M x D points; a default Array is not wanted. */
   Status PredictJoint(const ConstArray& x, const Array& mean, const Array& covariance,
                       bool of_observation = false) const {
-    return Status::FromC(
-        egosieve_gp_predict_joint(handle_, x.c(), of_observation, &mean.c(), &covariance.c()));
+    return Call(egosieve_gp_predict_joint, x.c(), of_observation, &mean.c(), &covariance.c());
   }
   /**
    * k(x_i, z_j), N x M, at the model's hyperparameters, and its derivatives, see
@@ -288,9 +255,8 @@ class GaussianProcess {
    */
   Status Covariances(const ConstArray& x, const ConstArray& z, const Array& k,
                      const Array& by_logarithms = {}, const Array& by_x = {}) const {
-    return Status::FromC(egosieve_gp_covariances(handle_, x.c(),
-                                                 z.c()->data == nullptr ? nullptr : z.c(), &k.c(),
-                                                 &by_logarithms.c(), &by_x.c()));
+    return Call(egosieve_gp_covariances, x.c(), z.c()->data == nullptr ? nullptr : z.c(), &k.c(),
+                &by_logarithms.c(), &by_x.c());
   }
   /** Samples, (M k) x S, from the joint distribution at M x D points. The value: the jitter. */
   Result<double> Sample(const ConstArray& x, uint64_t seed, const Array& samples,
@@ -301,16 +267,15 @@ class GaussianProcess {
   }
   /** Gradients with respect to the inputs: of the mean (M k) x D, of the variance M x D. */
   Status Gradients(const ConstArray& x, const Array& mean, const Array& variance = {}) const {
-    return Status::FromC(egosieve_gp_gradients(handle_, x.c(), &mean.c(), &variance.c()));
+    return Call(egosieve_gp_gradients, x.c(), &mean.c(), &variance.c());
   }
   /** Leave-one-out: predicts each point's y from all others. */
   Status LeaveOneOut(const LeftOut& out) const {
-    return Status::FromC(
-        egosieve_gp_leave_one_out(handle_, &out.mean.c(), &out.variance.c(), &out.log_density.c()));
+    return Call(egosieve_gp_leave_one_out, &out.mean.c(), &out.variance.c(), &out.log_density.c());
   }
   /** The mean function's coefficients, q x k. */
   Status MeanCoefficients(const Array& coefficients) const {
-    return Status::FromC(egosieve_gp_mean_coefficients(handle_, &coefficients.c()));
+    return Call(egosieve_gp_mean_coefficients, &coefficients.c());
   }
   /** The likelihood at theta, the logarithms of scales, sigma_f and sigma_n. */
   Result<Likelihood> LikelihoodAt(const std::vector<double>& theta, bool with_gradient) const {
@@ -325,45 +290,29 @@ class GaussianProcess {
   /** A posterior of the model's current state, for threads that predict while the model learns. */
   Result<Posterior> MakePosterior() const {
     egosieve_posterior* posterior = nullptr;
-    Status status = Status::FromC(egosieve_gp_posterior(handle_, &posterior));
-    if (!status.ok()) return status;
-    return Posterior(posterior);
+    return internal::Own<Posterior>(egosieve_gp_posterior(handle_, &posterior), posterior);
   }
   /** The same on devices by name, which share the queries: egosieve_gp_posterior_on_devices(). */
   Result<Posterior> MakePosterior(const std::vector<std::string>& devices) const {
     std::vector<const char*> names;
     for (const std::string& device : devices) names.push_back(device.c_str());
     egosieve_posterior* posterior = nullptr;
-    Status status = Status::FromC(egosieve_gp_posterior_on_devices(
-        handle_, names.data(), static_cast<int64_t>(names.size()), &posterior));
-    if (!status.ok()) return status;
-    return Posterior(posterior);
+    return internal::Own<Posterior>(
+        egosieve_gp_posterior_on_devices(handle_, names.data(), static_cast<int64_t>(names.size()),
+                                         &posterior),
+        posterior);
   }
 
   /** Stores bytes with the model and in its file. */
   Status SetAnnotation(const std::string& bytes) {
-    return Status::FromC(
-        egosieve_gp_set_annotation(handle_, bytes.data(), static_cast<int64_t>(bytes.size())));
+    return Call(egosieve_gp_set_annotation, bytes.data(), static_cast<int64_t>(bytes.size()));
   }
   /** The bytes of SetAnnotation(). */
-  Result<std::string> Annotation() const {
-    return Bytes([this](void* bytes, int64_t capacity, int64_t* size) {
-      return egosieve_gp_annotation(handle_, bytes, capacity, size);
-    });
-  }
+  Result<std::string> Annotation() const { return Bytes(egosieve_gp_annotation); }
   /** Writes the model into a file, completely or not at all; rebuilds the factor. */
-  Status Save(const std::string& path) {
-    return Status::FromC(egosieve_gp_save(handle_, path.c_str()));
-  }
+  Status Save(const std::string& path) { return Call(egosieve_gp_save, path.c_str()); }
   /** The bytes that Save() would write. */
-  Result<std::string> Serialize() {
-    return Bytes([this](void* bytes, int64_t capacity, int64_t* size) {
-      return egosieve_gp_serialize(handle_, bytes, capacity, size);
-    });
-  }
-
-  /** The handle, still owned by this object. */
-  egosieve_gp* handle() const { return handle_; }
+  Result<std::string> Serialize() { return Bytes(egosieve_gp_serialize); }
 
  private:
   // Calls `run` with the options, null for the defaults, and gives its result.
@@ -402,28 +351,19 @@ class GaussianProcess {
                           on_bound};
   }
 
-  // The handle is passed by reference because the call that gives `code` writes it.
-  static Result<GaussianProcess> Own(egosieve_status code, egosieve_gp* const& handle) {
-    if (code != EGOSIEVE_OK) return Status::FromC(code);
-    return GaussianProcess(handle);
-  }
-
-  template <typename Call>
-  static Result<std::string> Bytes(Call call) {
+  Result<std::string> Bytes(egosieve_status (*call)(egosieve_gp*, void*, int64_t, int64_t*)) const {
     int64_t size = 0;
-    Status status = Status::FromC(call(nullptr, 0, &size));
-    if (!status.ok()) return status;
     std::string bytes;
-    do {  // repeated if another thread has made the text longer in between
+    Status status = Call(call, nullptr, 0, &size);
+    while (status.ok()) {
       bytes.resize(static_cast<size_t>(size));
-      status = Status::FromC(call(&bytes[0], static_cast<int64_t>(bytes.size()), &size));
-    } while (!status.ok() && size > static_cast<int64_t>(bytes.size()));
-    if (!status.ok()) return status;
-    bytes.resize(static_cast<size_t>(size));
-    return bytes;
+      Status given = Call(call, &bytes[0], size, &size);
+      if (given.ok()) return bytes.substr(0, static_cast<size_t>(size));
+      status = Call(call, nullptr, 0, &size);
+      if (size <= static_cast<int64_t>(bytes.size())) return given;  // not longer in between
+    }
+    return status;
   }
-
-  egosieve_gp* handle_ = nullptr;
 };
 
 }  // namespace egosieve

@@ -46,8 +46,7 @@ EGOSIEVE_API egosieve_status egosieve_gp_predict_joint(egosieve_gp* gp,
  * @param z              M x D, finite; null: x.
  * @param k              N x M; data null: not wanted.
  * @param by_logarithms  (N M) x (scale_count + 1): row i M + j has the derivatives of k(x_i, z_j)
- *                       with respect to the logarithms of the scales and of sigma_f; data null: not
- *                       wanted.
+ *                       by the logarithms of the scales and of sigma_f; data null: not wanted.
  * @param by_x           (N M) x D, those with respect to x_i; 0 at a cusp; data null: not wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_covariances(egosieve_gp* gp, const egosieve_const_array* x,
@@ -72,8 +71,7 @@ EGOSIEVE_API egosieve_status egosieve_gp_sample(egosieve_gp* gp, const egosieve_
 
 /**
  * Gradients of mean and variance of f with respect to the inputs. At a cusp of the covariance
- * (matern12 at a point of the model) the derivative counts as 0. Cost: M n D k, and 2 M n^2 for the
- * variance.
+ * (matern12 at a point of the model) the derivative counts as 0. Cost: M n D k; variance: 2 M n^2.
  * @param gp        The model.
  * @param x         M x D, finite.
  * @param mean      (M k) x D, row i k + c is that of output c at place i; data null: not wanted.

@@ -1,13 +1,11 @@
 /**
  * @file posterior.hpp
- * Destinations of predictions, and immutable posteriors. The classes own the handles of
- * #egosieve_posterior.
+ * Destinations of predictions, and immutable posteriors, which own an #egosieve_posterior.
  */
 #ifndef EGOSIEVE_POSTERIOR_HPP_
 #define EGOSIEVE_POSTERIOR_HPP_
 
 #include <cstdint>
-#include <utility>
 
 #include "arrays.hpp"
 #include "device_call.h"
@@ -61,62 +59,54 @@ class DeviceCall {
 /** Points on a regular grid; see #egosieve_grid. */
 using Grid = egosieve_grid;
 
-namespace internal {
-
-/** Calls `call` with the C struct of `prediction`. */
-template <typename Call>
-Result<PredictionCounts> Predict(const Prediction& prediction, Call call) {
-  egosieve_prediction c;
-  egosieve_prediction_init(&c);
-  c.mean = prediction.mean.c();
-  c.variance = prediction.variance.c();
-  c.probability = prediction.probability.c();
-  c.of_observation = prediction.of_observation ? 1 : 0;
-  c.precision = static_cast<egosieve_precision>(prediction.precision);
-  Status status = Status::FromC(call(&c));
-  if (!status.ok()) return status;
-  return PredictionCounts{c.clamped_variances, c.float64_count};
-}
-
-}  // namespace internal
-
-/**
- * The posterior of a model at one moment. Immutable: any number of threads may predict. A
- * moved-from object may only be assigned to or destroyed.
- */
-class Posterior {
+/** Predictions, which a model and a posterior have in common; the parameters are their C calls. */
+template <typename Handle, egosieve_status (*kFree)(Handle*),
+          egosieve_status (*kPredict)(Handle*, const egosieve_const_array*, egosieve_prediction*),
+          egosieve_status (*kPredictGrid)(Handle*, const egosieve_grid*, egosieve_prediction*),
+          egosieve_status (*kPredictImage)(Handle*, const egosieve_image*, int32_t,
+                                           egosieve_prediction*)>
+class Predictor : public Owner<Handle, kFree> {
  public:
-  /** Takes ownership of the handle. */
-  explicit Posterior(egosieve_posterior* handle) : handle_(handle) {}
-  /** Takes the other's handle. */
-  Posterior(Posterior&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
-  /** Exchanges the handles. */
-  Posterior& operator=(Posterior&& other) noexcept {
-    std::swap(handle_, other.handle_);
-    return *this;
-  }
-  ~Posterior() { egosieve_posterior_free(handle_); }
+  using Owner<Handle, kFree>::Owner;
 
   /** At M x D points. */
   Result<PredictionCounts> Predict(const ConstArray& x, const Prediction& prediction) const {
-    return internal::Predict(prediction, [&](egosieve_prediction* c) {
-      return egosieve_posterior_predict(handle_, x.c(), c);
-    });
+    return PredictBy(prediction, kPredict, x.c());
   }
   /** Predicts on a grid in the plane; needs D = 2. */
   Result<PredictionCounts> PredictGrid(const Grid& grid, const Prediction& prediction) const {
-    return internal::Predict(prediction, [&](egosieve_prediction* c) {
-      return egosieve_posterior_predict_grid(handle_, &grid, c);
-    });
+    return PredictBy(prediction, kPredictGrid, &grid);
   }
   /** Predicts at every `stride`-th pixel; needs D = 6. See egosieve_gp_predict_image(). */
   Result<PredictionCounts> PredictImage(const Image& image, int32_t stride,
                                         const Prediction& prediction) const {
     const egosieve_image c_image = image.c();
-    return internal::Predict(prediction, [&](egosieve_prediction* c) {
-      return egosieve_posterior_predict_image(handle_, &c_image, stride, c);
-    });
+    return PredictBy(prediction, kPredictImage, &c_image, stride);
   }
+
+ private:
+  template <typename Function, typename... Places>
+  Result<PredictionCounts> PredictBy(const Prediction& prediction, Function function,
+                                     Places... places) const {
+    egosieve_prediction c;
+    egosieve_prediction_init(&c);
+    c.mean = prediction.mean.c();
+    c.variance = prediction.variance.c();
+    c.probability = prediction.probability.c();
+    c.of_observation = prediction.of_observation ? 1 : 0;
+    c.precision = static_cast<egosieve_precision>(prediction.precision);
+    Status status = this->Call(function, places..., &c);
+    if (!status.ok()) return status;
+    return PredictionCounts{c.clamped_variances, c.float64_count};
+  }
+};
+
+/** The posterior of a model at one moment. Immutable: any number of threads may predict. */
+class Posterior
+    : public Predictor<egosieve_posterior, egosieve_posterior_free, egosieve_posterior_predict,
+                       egosieve_posterior_predict_grid, egosieve_posterior_predict_image> {
+ public:
+  using Predictor::Predictor;
 
   /** The errors of float32 results, which those of Enqueue() have. */
   Result<Float32Error> ErrorOfFloat32() const {
@@ -141,12 +131,6 @@ class Posterior {
     void* device = nullptr;
     return internal::Given(egosieve_posterior_opencl(handle_, nullptr, &device), device);
   }
-
-  /** The handle, still owned by this object. */
-  egosieve_posterior* handle() const { return handle_; }
-
- private:
-  egosieve_posterior* handle_ = nullptr;
 };
 
 }  // namespace egosieve

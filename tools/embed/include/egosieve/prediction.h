@@ -9,8 +9,7 @@
  * counts is the least at 16 places for means, and the query's own for its variance. Means are
  * computed in float64 all or none, variances and probabilities for the queries that need it, at n^2
  * flops each. Results in float32 are float32 values; those in float64 are rounded only if the
- * caller's array is float32. A query's result does not depend on the call's other queries or on
- * threads.
+ * caller's array is float32. A query's result depends on no other query and on no threads.
  */
 #ifndef EGOSIEVE_PREDICTION_H_
 #define EGOSIEVE_PREDICTION_H_
@@ -27,9 +26,7 @@ typedef struct egosieve_gp egosieve_gp;
 /** Handle of a model's posterior at one moment. Immutable: any number of threads may predict. */
 typedef struct egosieve_posterior egosieve_posterior;
 
-/** Arithmetic of a prediction: one of the constants below. */
-typedef int64_t egosieve_precision;
-
+typedef int64_t egosieve_precision; /**< Arithmetic of a prediction: one of these. */
 /** The values of #egosieve_precision. */
 enum {
   EGOSIEVE_AUTO_PRECISION = 0, /**< Float32 where it suffices, otherwise float64; see above. */
@@ -53,8 +50,7 @@ typedef struct egosieve_prediction {
   int64_t float64_count;        /**< Out: places with a result that was computed in float64. */
 } egosieve_prediction;
 
-/** Sets all results to not wanted, the variance to that of f, other fields to their defaults. Null
- *  does nothing. */
+/** Sets all results to not wanted, the variance to that of f. Null does nothing. */
 EGOSIEVE_API void egosieve_prediction_init(egosieve_prediction* prediction);
 
 /**
@@ -123,8 +119,7 @@ EGOSIEVE_API egosieve_status egosieve_posterior_predict_image(egosieve_posterior
 
 /**
  * The errors of a posterior's float32 results: four times their root mean square at 16 places, in
- * the units of y and of its square. They are measured by the first call that needs them: 16 n^2
- * flops.
+ * the units of y and of its square. The first call that needs them measures them: 16 n^2 flops.
  * @param posterior  The posterior.
  * @param mean       Out: of the means; null: not wanted.
  * @param variance   Out: of the variances, infinite where rounding makes one negative; times s /

@@ -135,7 +135,43 @@ Result<T> Given(egosieve_status code, T& value) {
   return std::move(value);
 }
 
+/** The owner of the handle that the C call that gave `code` has set, or the call's status. */
+template <typename Object, typename Handle>
+Result<Object> Own(egosieve_status code, Handle* const& handle) {
+  if (code != EGOSIEVE_OK) return Status::FromC(code);
+  return Object(handle);
+}
+
 }  // namespace internal
+
+/** Owns a handle of the C interface. A moved-from object may only be assigned to or destroyed. */
+template <typename Handle, egosieve_status (*kFree)(Handle*)>
+class Owner {
+ public:
+  /** Takes ownership of the handle. */
+  explicit Owner(Handle* handle) : handle_(handle) {}
+  /** Takes the other's handle. */
+  Owner(Owner&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  /** Exchanges the handles. */
+  Owner& operator=(Owner&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  ~Owner() { kFree(handle_); }
+
+  /** The handle, still owned by this object. */
+  Handle* handle() const { return handle_; }
+
+ protected:
+  /** The status of a C call whose first argument is the handle. */
+  template <typename Function, typename... Arguments>
+  Status Call(Function function, Arguments... arguments) const {
+    return Status::FromC(function(handle_, arguments...));
+  }
+
+  Handle* handle_; /**< Null once moved from. */
+};
+
 }  // namespace egosieve
 
 #endif  // EGOSIEVE_RESULT_HPP_

@@ -11,8 +11,7 @@
  *     deviation    its standard deviation: large at places unlike all that was learnt
  *
  * The first frame gets the map of the prior. The content of a frame never causes an error: if
- * nothing can be learnt from it, the map comes from the current model, and the report gives the
- * reason.
+ * nothing can be learnt from it, the map comes from the current model, and the report says why.
  *
  * Needs the library egosieve_vision. Reference: Guizilini & Ramos, "Online Self-Supervised
  * Segmentation of Dynamic Objects".
@@ -29,15 +28,12 @@ extern "C" {
 /** Handle of a segmenter with its learnt state. Calls on one segmenter wait for each other. */
 typedef struct egosieve_segmenter egosieve_segmenter;
 
-/** Set of options to start from: one of the constants below. */
-typedef int32_t egosieve_profile;
-
+typedef int32_t egosieve_profile; /**< Set of options to start from: one of these. */
 /** The values of #egosieve_profile. */
 enum {
   EGOSIEVE_PROFILE_DEFAULT = 0, /**< Most accurate on handheld and driving video. */
   EGOSIEVE_PROFILE_PAPER = 1,   /**< Faithful to the paper. */
-  EGOSIEVE_PROFILE_FAST = 2     /**< Default with labels from smaller, neighbouring frames and with
-                                  fewer inducing points. */
+  EGOSIEVE_PROFILE_FAST = 2 /**< Default with smaller, nearer frames and fewer inducing points. */
 };
 
 /** Options for a new segmenter. */
@@ -49,23 +45,15 @@ typedef struct egosieve_segmenter_options {
   uint64_t seed;            /**< Seed of all random numbers. Default: 1. */
   const char* device;       /**< As in egosieve_gp_options. A segmenter takes no OpenCL context and
                               no queue of the caller's. */
-  /**
-   * Number of later frames that a frame's labels use, 0 to 100. The frame's map comes this many
-   * frames later and is more accurate once the focal length is known. Needs frames of one size.
-   * Default: 0.
-   */
+  /** Number of later frames that a frame's labels use, 0 to 100. The frame's map comes this many
+   * frames later, better once the focal length is known. Needs frames of one size. Default: 0. */
   int64_t lag;
-  /**
-   * Grey image of the frames' size, not 0 on pixels that do not show the scene: own vehicle,
-   * captions. No motion is estimated there, and nothing counts as moving there. Copied. Default:
-   * null.
-   */
+  /** Grey image of the frames' size, not 0 on pixels that do not show the scene: own vehicle,
+   * captions. No motion is estimated there, and nothing counts as moving. Copied. Default: null. */
   const egosieve_image* ignore;
-  /**
-   * The camera's focal length divided by the longer side of the frames, at most 100. If it is
+  /** The camera's focal length divided by the longer side of the frames, at most 100. If it is
    * known, motion is judged with the camera's rotation and translation and with depth. 0, the
-   * default: learnt from the frames and their times, after 0.6 to 2 seconds of motion.
-   */
+   * default: learnt from the frames and their times, after 0.6 to 2 seconds of motion. */
   double focal_ratio;
 } egosieve_segmenter_options;
 
@@ -93,11 +81,8 @@ typedef struct egosieve_map {
   egosieve_array probability; /**< Data null: not wanted. */
   egosieve_array mean;        /**< Data null: not wanted. */
   egosieve_array deviation;   /**< Data null: not wanted. */
-  /**
-   * The number of the object at each place, 0: none. Objects are connected regions of probability
-   * 0.25 or more with at least one value of 0.8 or more. They are numbered from 1 by rows, anew in
-   * each frame.
-   */
+  /** The number of the object at each place, 0: none. Objects are connected regions of probability
+   * 0.25 or more with a value of 0.8 or more, numbered by rows from 1, anew in each frame. */
   egosieve_array objects;
 } egosieve_map;
 

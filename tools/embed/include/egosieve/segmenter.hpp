@@ -11,7 +11,6 @@
 
 #include <cstdint>
 #include <string>
-#include <utility>
 
 #include "arrays.hpp"
 #include "result.hpp"
@@ -67,8 +66,10 @@ struct FrameReport {
 };
 
 /** A segmenter with its learnt state. Calls on one segmenter wait for each other. */
-class Segmenter {
+class Segmenter : public Owner<egosieve_segmenter, egosieve_segmenter_free> {
  public:
+  using Owner::Owner;
+
   /** Creates a segmenter without learnt state. */
   static Result<Segmenter> Create(const SegmenterOptions& options) {
     egosieve_segmenter_options c;
@@ -83,32 +84,20 @@ class Segmenter {
     const egosieve_image ignore = options.ignore.c();
     c.ignore = ignore.data == nullptr ? nullptr : &ignore;
     egosieve_segmenter* handle = nullptr;
-    return Own(egosieve_segmenter_create(&c, &handle), handle);
+    return internal::Own<Segmenter>(egosieve_segmenter_create(&c, &handle), handle);
   }
   /** Reads a file of Save(). */
   static Result<Segmenter> Load(const std::string& path, const std::string& device = "") {
     egosieve_segmenter* handle = nullptr;
-    return Own(egosieve_segmenter_load(path.c_str(), device.c_str(), &handle), handle);
+    return internal::Own<Segmenter>(egosieve_segmenter_load(path.c_str(), device.c_str(), &handle),
+                                    handle);
   }
-
-  /** Takes ownership of the handle. */
-  explicit Segmenter(egosieve_segmenter* handle) : handle_(handle) {}
-  /** Takes the other's handle. */
-  Segmenter(Segmenter&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
-  /** Exchanges the handles. */
-  Segmenter& operator=(Segmenter&& other) noexcept {
-    std::swap(handle_, other.handle_);
-    return *this;
-  }
-  ~Segmenter() { egosieve_segmenter_free(handle_); }
 
   /** Rows and columns of the grid for frames of this size. */
   Result<GridSize> GridSizeFor(int32_t width, int32_t height) const {
     GridSize size;
-    Status status = Status::FromC(
-        egosieve_segmenter_grid_size(handle_, width, height, &size.rows, &size.columns));
-    if (!status.ok()) return status;
-    return size;
+    return internal::Given(
+        egosieve_segmenter_grid_size(handle_, width, height, &size.rows, &size.columns), size);
   }
   /**
    * Learns from the next frame and gives its map. With a lag, learns from the frame that came `lag`
@@ -125,17 +114,13 @@ class Segmenter {
   /** How many frames were processed, those before Save() included. */
   Result<int64_t> FrameCount() const {
     int64_t frames = 0;
-    Status status = Status::FromC(egosieve_segmenter_frame_count(handle_, &frames));
-    if (!status.ok()) return status;
-    return frames;
+    return internal::Given(egosieve_segmenter_frame_count(handle_, &frames), frames);
   }
   /** How many frames wait for later frames. */
   Result<int64_t> Waiting() const {
     int64_t frames = 0;
     int32_t width = 0, height = 0;
-    Status status = Status::FromC(egosieve_segmenter_waiting(handle_, &frames, &width, &height));
-    if (!status.ok()) return status;
-    return frames;
+    return internal::Given(egosieve_segmenter_waiting(handle_, &frames, &width, &height), frames);
   }
   /** With a lag, after the last frame: the map of the next waiting frame, until frame is -1. */
   Result<FrameReport> Finish(const Map& map) {
@@ -149,16 +134,7 @@ class Segmenter {
     return Status::FromC(egosieve_segmenter_save(handle_, path.c_str()));
   }
 
-  /** The handle, still owned by this object. */
-  egosieve_segmenter* handle() const { return handle_; }
-
  private:
-  // The handle is passed by reference because the call that gives `code` writes it.
-  static Result<Segmenter> Own(egosieve_status code, egosieve_segmenter* const& handle) {
-    if (code != EGOSIEVE_OK) return Status::FromC(code);
-    return Segmenter(handle);
-  }
-
   Result<FrameReport> ProcessWith(const Image& image, double time_seconds,
                                   const egosieve_map* map) {
     const egosieve_image c_image = image.c();
@@ -193,8 +169,6 @@ class Segmenter {
     report.milliseconds = c.milliseconds;
     return report;
   }
-
-  egosieve_segmenter* handle_ = nullptr;
 };
 
 }  // namespace egosieve

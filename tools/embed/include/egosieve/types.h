@@ -46,9 +46,7 @@ EGOSIEVE_API int32_t egosieve_abi_version(void);
 /** The library's version, such as "0.1.0". */
 EGOSIEVE_API const char* egosieve_version(void);
 
-/** How a call ended: one of the constants below. */
-typedef int32_t egosieve_status;
-
+typedef int32_t egosieve_status; /**< How a call ended: one of these. */
 /** The values of #egosieve_status. */
 enum {
   EGOSIEVE_OK = 0,                  /**< Done. */
@@ -73,9 +71,7 @@ EGOSIEVE_API const char* egosieve_status_name(egosieve_status status);
  */
 EGOSIEVE_API const char* egosieve_last_error(void);
 
-/** Element type of an array: one of the constants below. */
-typedef int32_t egosieve_type;
-
+typedef int32_t egosieve_type; /**< Element type of an array: one of these. */
 /** The values of #egosieve_type. */
 enum {
   EGOSIEVE_FLOAT32 = 1, /**< `float`. */
@@ -109,9 +105,7 @@ typedef struct egosieve_array {
   egosieve_type type;    /**< Type of the elements. */
 } egosieve_array;
 
-/** Order of an image's channels: one of the constants below. */
-typedef int32_t egosieve_channels;
-
+typedef int32_t egosieve_channels; /**< Order of an image's channels: one of these. */
 /** The values of #egosieve_channels. */
 enum {
   EGOSIEVE_GREY = 1, /**< One byte per pixel. */
@@ -136,8 +130,7 @@ EGOSIEVE_API egosieve_status egosieve_device_count(int32_t* count);
 
 /**
  * Gives one line of text about a device, such as "cpu: pthread-AMD EPYC", ended by a zero byte.
- * @param index     0 to the count less 1. Its decimal digits are accepted wherever the name of a
- *                  device is.
+ * @param index     0 to the count less 1. Its digits may stand for a device's name.
  * @param text      Buffer of `capacity` bytes; a longer line is cut.
  * @param capacity  At least 1.
  */

@@ -11,7 +11,7 @@ released. Arrays of float32 and float64 are read and written where they are, wha
 """
 
 from ._gaussian_process import devices as devices
-from ._gaussian_process import version as _version
+from ._library import version as _version
 from ._library import set_threads as set_threads
 from ._library import threads as threads
 from .classifier import GaussianProcessClassifier as GaussianProcessClassifier

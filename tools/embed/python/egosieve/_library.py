@@ -4,93 +4,67 @@ ctypes gives the interpreter's lock back during calls. Every struct is compared 
 """
 
 import ctypes
-from ctypes import POINTER, c_char, c_char_p, c_double, c_int32, c_int64, c_uint64, c_void_p
 from pathlib import Path
 
 import numpy as np
 
-_INFO_SCALES = 33  # EGOSIEVE_INFO_SCALES
+_TYPES = {
+    "int32": ctypes.c_int32, "int64": ctypes.c_int64, "uint64": ctypes.c_uint64, "double": ctypes.c_double,
+    "char": ctypes.c_char, "char*": ctypes.c_char_p, "void*": ctypes.c_void_p,
+    "should_stop": ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p),
+}  # fmt: skip
+SHOULD_STOP = _TYPES["should_stop"]
 
 
-class Array(ctypes.Structure):
-    """egosieve_array, and egosieve_const_array, which has the same fields."""
-
-    _fields_ = [("data", c_void_p), ("rows", c_int64), ("columns", c_int64), ("row_stride", c_int64),
-                ("column_stride", c_int64), ("type", c_int32)]  # fmt: skip
-
-
-class Image(ctypes.Structure):
-    _fields_ = [("data", c_void_p), ("width", c_int32), ("height", c_int32), ("row_stride", c_int64), ("channels", c_int32)]
+def _type(name):
+    """A C type by its name: one of the above, a struct, a pointer "double*" or an array "char[256]"."""
+    if name not in _TYPES:
+        element, _, count = name.partition("[")
+        _TYPES[name] = _type(element) * int(count[:-1]) if count else ctypes.POINTER(_type(name[:-1]))
+    return _TYPES[name]
 
 
-class Grid(ctypes.Structure):
-    _fields_ = [("x0", c_double), ("y0", c_double), ("dx", c_double), ("dy", c_double), ("rows", c_int64), ("columns", c_int64)]
+def _struct(name, fields, init=None):
+    """A struct with fields as in C, "int32 width height, int64 row_stride"; `init` names the call of its defaults."""
+    fields = [(field, _type(kind)) for kind, *names in map(str.split, fields.split(",")) for field in names]
+    if init is not None:
+        fields.insert(0, ("struct_size", ctypes.c_uint64))
+    _TYPES[name] = type(name, (ctypes.Structure,), {"_fields_": fields, "init": init})
+    return _TYPES[name]
 
 
-class GpOptions(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("covariance", c_int32), ("dimension", c_int32), ("scales", POINTER(c_double)),
-                ("scale_count", c_int64), ("signal_stddev", c_double), ("noise_stddev", c_double), ("device", c_char_p),
-                ("memory_cap_bytes", c_int64), ("covariance_text", c_char_p), ("mean", c_int32),
-                ("approximation", c_int64), ("inducing_points", c_int64), ("opencl_context", c_void_p),
-                ("opencl_device", c_void_p)]  # fmt: skip
-
-
-class DeviceArray(ctypes.Structure):
-    _fields_ = [("memory", c_void_p), ("first", c_int64)]
-
-
-class DeviceCall(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("queue", c_void_p), ("wait", POINTER(c_void_p)), ("wait_count", c_int64),
-                ("queries", c_void_p), ("query_count", c_int64), ("query_first", c_int64), ("query_stride", c_int64),
-                ("mean", DeviceArray), ("variance", DeviceArray), ("probability", DeviceArray),
-                ("clamped", DeviceArray)]  # fmt: skip
-
-
-class GpInfo(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("size", c_int64), ("dimension", c_int32), ("covariance", c_int32),
-                ("scale_count", c_int64), ("scales", c_double * _INFO_SCALES), ("signal_stddev", c_double),
-                ("noise_stddev", c_double), ("jitter", c_double), ("squash_a", c_double), ("squash_b", c_double),
-                ("has_labels", c_int64), ("outputs", c_int64), ("coefficients", c_int64), ("mean", c_int32),
-                ("approximation", c_int64), ("inducing_points", c_int64), ("inducing_count", c_int64)]  # fmt: skip
-
-
-SHOULD_STOP = ctypes.CFUNCTYPE(c_int32, c_void_p)
-
-
-class OptimizeOptions(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("subset_size", c_int64), ("restarts", c_int32),
-                ("gradient_steps", c_int32), ("tolerance", c_double), ("seed", c_uint64),
-                ("lower_bounds", POINTER(c_double)), ("upper_bounds", POINTER(c_double)), ("bound_count", c_int64),
-                ("should_stop", SHOULD_STOP), ("stop_argument", c_void_p)]  # fmt: skip
-
-
-class OptimizeResult(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("log_likelihood_at_start", c_double), ("log_likelihood", c_double),
-                ("evaluations", c_int64), ("points", c_int64), ("converged", c_int64),
-                ("gradient_norm", c_double), ("on_bound", POINTER(c_int32)), ("on_bound_count", c_int64)]  # fmt: skip
-
-
-class Prediction(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("mean", Array), ("variance", Array), ("probability", Array),
-                ("of_observation", c_int32), ("clamped_variances", c_int64), ("precision", c_int64),
-                ("float64_count", c_int64)]  # fmt: skip
-
-
-class SegmenterOptions(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("profile", c_int32), ("stride", c_int32), ("budget", c_int64),
-                ("seed", c_uint64), ("device", c_char_p), ("lag", c_int64), ("ignore", POINTER(Image)),
-                ("focal_ratio", c_double)]  # fmt: skip
-
-
-class Map(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("probability", Array), ("mean", Array), ("deviation", Array),
-                ("objects", Array)]  # fmt: skip
-
-
-class FrameReport(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("frame", c_int64), ("learnt", c_int32), ("reason", c_char * 256),
-                ("matches", c_int64), ("inliers", c_int64), ("static_labels", c_int64), ("dynamic_labels", c_int64),
-                ("model_size", c_int64), ("dynamic_share", c_double), ("milliseconds", c_double)]  # fmt: skip
+# egosieve_array, and egosieve_const_array, which has the same fields.
+Array = _struct("Array", "void* data, int64 rows columns row_stride column_stride, int32 type")
+Image = _struct("Image", "void* data, int32 width height, int64 row_stride, int32 channels")
+Grid = _struct("Grid", "double x0 y0 dx dy, int64 rows columns")
+GpOptions = _struct("GpOptions", """
+    int32 covariance dimension, double* scales, int64 scale_count, double signal_stddev noise_stddev, char* device,
+    int64 memory_cap_bytes, char* covariance_text, int32 mean, int64 approximation inducing_points,
+    void* opencl_context opencl_device""", "gp_options_init")  # fmt: skip
+GpInfo = _struct("GpInfo", """
+    int64 size, int32 dimension covariance, int64 scale_count, double[33] scales, double signal_stddev noise_stddev jitter
+    squash_a squash_b, int64 has_labels outputs coefficients, int32 mean,
+    int64 approximation inducing_points inducing_count""", "gp_info_init")  # fmt: skip
+OptimizeOptions = _struct("OptimizeOptions", """
+    int64 subset_size, int32 restarts gradient_steps, double tolerance, uint64 seed, double* lower_bounds upper_bounds,
+    int64 bound_count, should_stop should_stop, void* stop_argument""", "optimize_options_init")  # fmt: skip
+OptimizeResult = _struct("OptimizeResult", """
+    double log_likelihood_at_start log_likelihood, int64 evaluations points converged, double gradient_norm,
+    int32* on_bound, int64 on_bound_count""", "optimize_result_init")  # fmt: skip
+Prediction = _struct("Prediction", """
+    Array mean variance probability, int32 of_observation, int64 clamped_variances precision float64_count""",
+    "prediction_init")  # fmt: skip
+DeviceArray = _struct("DeviceArray", "void* memory, int64 first")
+DeviceCall = _struct("DeviceCall", """
+    void* queue, void** wait, int64 wait_count, void* queries, int64 query_count query_first query_stride,
+    DeviceArray mean variance probability clamped""", "device_call_init")  # fmt: skip
+SegmenterOptions = _struct("SegmenterOptions", """
+    int32 profile stride, int64 budget, uint64 seed, char* device, int64 lag, Image* ignore, double focal_ratio""",
+    "segmenter_options_init")  # fmt: skip
+Map = _struct("Map", "Array probability mean deviation objects", "map_init")
+FrameReport = _struct("FrameReport", """
+    int64 frame, int32 learnt, char[256] reason, int64 matches inliers static_labels dynamic_labels model_size,
+    double dynamic_share milliseconds""", "frame_report_init")  # fmt: skip
 
 
 def _load(name):
@@ -104,28 +78,64 @@ def _load(name):
 
 
 class Library:
-    """Functions of a shared library that return a status: `call` raises where it is none of success."""
+    """Calls of a shared library, declared as in C without "egosieve_" and the status that they return.
 
-    def __init__(self, name, signatures):
+    "in x" and "out x" are matrices that are read and written: NumPy arrays, or None.
+    """
+
+    def __init__(self, name, calls):
         self._library = _load(name)
-        for function, arguments in signatures.items():
-            getattr(self._library, function).argtypes = arguments
-            getattr(self._library, function).restype = c_int32
+        self._parameters = {}
+        for line in calls.strip().splitlines():
+            names, _, parameters = line.strip(" )").partition("(")
+            for call in names.split():
+                self._parameters[call] = [parameter.split() for parameter in parameters.split(", ")]
+                function = getattr(self._library, "egosieve_" + call)
+                kinds = [kind for kind, _ in self._parameters[call]]
+                function.argtypes = [_type("Array*" if kind in ("in", "out") else kind) for kind in kinds]
+                function.restype = ctypes.c_int32
 
-    def call(self, function, *arguments):
-        check(getattr(self._library, function)(*arguments))
+    def status(self, call, *arguments):
+        return getattr(self._library, "egosieve_" + call)(*arguments)
 
-    def status(self, function, *arguments):
-        return getattr(self._library, function)(*arguments)
+    def call(self, call, *arguments, not_found=FileNotFoundError):
+        """ValueError for bad arguments and damaged files, FileNotFoundError, MemoryError, RuntimeError for the rest."""
+        views = {"in": _read, "out": written}
+        parameters = zip(self._parameters[call], arguments)
+        check(self.status(call, *(views[kind](name, value) if kind in views else value for (kind, name), value in parameters)),
+              not_found)  # fmt: skip
 
-    def new(self, struct, init):
-        """A struct with the library's defaults."""
-        value = struct()
-        getattr(self._library, init).restype = None
-        getattr(self._library, init)(ctypes.byref(value))
-        if value.struct_size != ctypes.sizeof(struct):
-            raise ImportError(f"{struct.__name__} has {ctypes.sizeof(struct)} bytes here and {value.struct_size} in the library")
-        return value
+    def make(self, call, *arguments, not_found=FileNotFoundError):
+        """The handle that a call gives as its last argument."""
+        handle = ctypes.c_void_p()
+        self.call(call, *arguments, handle, not_found=not_found)
+        return handle
+
+    def new(self, struct, **values):
+        """A struct with the library's defaults but these values; integers that do not fit are ValueError."""
+        made = struct()
+        init = getattr(self._library, "egosieve_" + struct.init)
+        init.restype = None
+        init(ctypes.byref(made))
+        if made.struct_size != ctypes.sizeof(struct):
+            raise ImportError(f"{struct.__name__} has {ctypes.sizeof(struct)} bytes here and {made.struct_size} in the library")
+        return fill(made, **values)
+
+
+class Handle:
+    """An object of the library's, whose `_prefix` is that of its calls."""
+
+    _library = _prefix = None
+
+    def __init__(self, handle):
+        self._handle = handle
+
+    def __del__(self):
+        if getattr(self, "_handle", None):
+            self._library.status(self._prefix + "free", self._handle)
+
+    def call(self, call, *arguments, **wishes):
+        self._library.call(self._prefix + call, self._handle, *arguments, **wishes)
 
 
 def fill(struct, **values):
@@ -137,23 +147,23 @@ def fill(struct, **values):
     return struct
 
 
-_STATUS_LIBRARY = _load("egosieve")
-_STATUS_LIBRARY.egosieve_last_error.restype = c_char_p
-_STATUS_LIBRARY.egosieve_version.restype = c_char_p
-_STATUS_LIBRARY.egosieve_set_threads.restype = None
-_STATUS_LIBRARY.egosieve_threads.restype = c_int32
-_EXCEPTIONS = {1: ValueError, 4: FileNotFoundError, 5: ValueError, 8: MemoryError}
-NOT_FOUND = 4
+def choice(name, value, choices):
+    """The index of `value` in `choices`."""
+    if value not in choices:
+        raise ValueError(f"{name} = {value!r}; it must be one of {', '.join(map(repr, choices))}")
+    return choices.index(value)
 
 
-def check(status):
-    """ValueError for bad arguments and damaged files, FileNotFoundError, MemoryError, RuntimeError for the rest."""
+_status_library = _load("egosieve")
+_status_library.egosieve_last_error.restype = _status_library.egosieve_version.restype = ctypes.c_char_p
+_status_library.egosieve_set_threads.restype = None
+_EXCEPTIONS = {1: ValueError, 5: ValueError, 8: MemoryError}
+
+
+def check(status, not_found=FileNotFoundError):
     if status != 0:
-        raise _EXCEPTIONS.get(status, RuntimeError)(last_error())
-
-
-def last_error():
-    return _STATUS_LIBRARY.egosieve_last_error().decode(errors="replace")
+        message = _status_library.egosieve_last_error().decode(errors="replace")
+        raise {**_EXCEPTIONS, 4: not_found}.get(status, RuntimeError)(message)
 
 
 def set_threads(threads):
@@ -162,41 +172,45 @@ def set_threads(threads):
     At first there are EGOSIEVE_THREADS, or as many as the process may use processors. PoCL's threads are not among
     them: it takes their number from POCL_MAX_PTHREAD_COUNT when a device is first used.
     """
-    _STATUS_LIBRARY.egosieve_set_threads(c_int32(threads))
+    _status_library.egosieve_set_threads(ctypes.c_int32(threads))
 
 
 def threads():
     """The limit."""
-    return _STATUS_LIBRARY.egosieve_threads()
+    return _status_library.egosieve_threads()
 
 
 def version():
-    return _STATUS_LIBRARY.egosieve_version().decode()
+    return _status_library.egosieve_version().decode()
 
 
 def encoded(text):
     return None if text is None else str(text).encode()
 
 
-_TYPES = {np.dtype(np.float32): 1, np.dtype(np.float64): 2}
+_ELEMENTS = {np.dtype(np.float32): 1, np.dtype(np.float64): 2}
 
 
-def input_array(name, array):
-    """A view of an array of one (a column) or two dimensions, which must outlive it."""
+def _view(name, array):
+    """A view of an array of one (a column) or two dimensions, which it keeps."""
     if array.ndim not in (1, 2):
         raise ValueError(f"{name} has {array.ndim} dimensions; it must have 1 or 2")
-    if array.dtype not in _TYPES:
+    if array.dtype not in _ELEMENTS:
         raise TypeError(f"{name} has dtype {array.dtype}; it must be float32 or float64 in the machine's byte order")
     if array.size > 1 and not any(array.strides):  # one value for all: the library's strides of 0 mean packed rows
         array = np.ascontiguousarray(array)
     columns, column_stride = (array.shape[1], array.strides[1]) if array.ndim == 2 else (1, array.itemsize)
-    view = Array(array.ctypes.data, array.shape[0], columns, array.strides[0], column_stride, _TYPES[array.dtype])
-    view.array = array  # lives as long
+    view = Array(array.ctypes.data, array.shape[0], columns, array.strides[0], column_stride, _ELEMENTS[array.dtype])
+    view.array = array
     return view
 
 
-def output_array(name, array):
-    """The same of an array that is written, or of None, which is not wanted."""
+def _read(name, array):
+    return None if array is None else _view(name, array)
+
+
+def written(name, array):
+    """A view of an array that is written, or of None, which is not wanted."""
     if array is None:
         return Array()
     if not isinstance(array, np.ndarray):
@@ -205,16 +219,16 @@ def output_array(name, array):
         raise ValueError(f"{name} is read-only")
     if any(step == 0 and count > 1 for step, count in zip(array.strides, array.shape)):
         raise ValueError(f"{name}: its elements lie on each other")
-    return input_array(name, array)
+    return _view(name, array)
 
 
-def image(name, pixels, order):
-    """An image and the array that it is a view of: a copy where pixels are not neighbours."""
+def image(name, pixels, order="bgr"):
+    """A view of an image, which it keeps: a copy where pixels are not neighbours."""
     if pixels.dtype != np.uint8:
         raise TypeError(f"{name} has dtype {pixels.dtype}; it must be uint8")
     colour = pixels.ndim == 3 and pixels.shape[2] == 3
     if not colour and pixels.ndim != 2:
-        raise ValueError(f"{name} must be height x width, or height x width x 3")
+        raise ValueError(f"{name} has shape {pixels.shape}; it must be height x width, or height x width x 3")
     if order not in ("bgr", "rgb"):
         raise ValueError(f"order = '{order}'; it must be 'bgr' or 'rgb'")
     pixel = 3 if colour else 1
@@ -223,4 +237,6 @@ def image(name, pixels, order):
     if max(pixels.shape) >= 2**31:
         raise ValueError(f"{name} is too large")
     channels = 1 if not colour else 2 if order == "bgr" else 3
-    return Image(pixels.ctypes.data, pixels.shape[1], pixels.shape[0], pixels.strides[0], channels), pixels
+    view = Image(pixels.ctypes.data, pixels.shape[1], pixels.shape[0], pixels.strides[0], channels)
+    view.array = pixels
+    return view

@@ -59,12 +59,17 @@ def _check_finite(name, array):
     # A sum is finite only where all are, but for overflow, which the second look tells apart.
     with np.errstate(over="ignore", invalid="ignore"):
         if np.isfinite(array.sum(dtype=np.float64)):
-            return
-    bad = np.argwhere(~np.isfinite(array))
-    if len(bad):
-        place = tuple(int(index) for index in bad[0])
+            return array
+    for place in np.argwhere(~np.isfinite(array)):
+        place = tuple(map(int, place))
         what = "NaN" if np.isnan(array[place]) else "infinity"
         raise ValueError(f"{name} contains {what}, first at {place}; NaN and infinity (inf) are not supported")
+    return array
+
+
+def _check_count(name, array, count):
+    if len(array) != count:
+        raise ValueError(f"Found input variables with inconsistent numbers of samples: X {count}, {name} {len(array)}")
 
 
 def number(name, value):
@@ -84,11 +89,11 @@ def indices(name, values, size):
     if array.dtype.kind == "b":
         if len(array) != size:
             raise ValueError(f"{name} has {len(array)} values of bool; there are {size} points")
-        return [int(index) for index in np.flatnonzero(array)]
+        array = np.flatnonzero(array)
     for index in array:
         if not -size <= index < size:
             raise ValueError(f"{name}: {index}; the model has {size} points")
-    return [int(index) + (size if index < 0 else 0) for index in array]
+    return [int(index) % size for index in array]
 
 
 def matrix(name, values):
@@ -101,13 +106,10 @@ def matrix(name, values):
         )
     if array.ndim > 2:
         raise ValueError(f"{name}: found array with dim {array.ndim}, expected 2")
-    for what, count in (("sample", array.shape[0]), ("feature", array.shape[1])):
+    for what, count in zip(("sample", "feature"), array.shape):
         if count == 0:
-            raise ValueError(
-                f"{name}: found array with 0 {what}(s) (shape={array.shape}) while a minimum of 1 is required."
-            )
-    _check_finite(name, array)
-    return array
+            raise ValueError(f"{name}: found array with 0 {what}(s) (shape={array.shape}) while a minimum of 1 is required.")
+    return _check_finite(name, array)
 
 
 def axis(name, values):
@@ -115,8 +117,7 @@ def axis(name, values):
     array = _floating(name, values)
     if array.ndim != 1 or len(array) == 0:
         raise ValueError(f"{name} has shape {array.shape}; it must be a vector with at least one number")
-    _check_finite(name, array)
-    return array
+    return _check_finite(name, array)
 
 
 def even_step(values):
@@ -136,20 +137,16 @@ def variances(name, values, count):
     if array.shape != (count,):
         raise ValueError(f"{name} must be a scalar or an array with same number of entries as y ({count}); "
                          f"its shape is {array.shape}")  # fmt: skip
-    if not (np.isfinite(array).all() and (array >= 0).all()):
-        raise ValueError(f"{name} holds {array[~((array >= 0) & np.isfinite(array))][0]}; its values are finite and not negative")
+    for value in array[~((array >= 0) & np.isfinite(array))]:
+        raise ValueError(f"{name} holds {value}; its values are finite and not negative")
     return array if array.any() else None
 
 
 def seed(random_state):
     """A seed from None (0), an integer, or NumPy's generators, which it advances."""
-    if random_state is None:
-        return 0
     if isinstance(random_state, np.random.RandomState):
         return int(random_state.randint(2**31))
-    if isinstance(random_state, np.random.Generator):
-        return int(random_state.integers(2**63))
-    return int(random_state)
+    return int(random_state.integers(2**63)) if isinstance(random_state, np.random.Generator) else int(random_state or 0)
 
 
 def _flat(name, array):
@@ -169,14 +166,11 @@ def targets(name, values, count):
     """`count` finite numbers, or a row for each of them; a column is taken with a warning, as scikit-learn does."""
     if values is None:
         raise ValueError(f"GaussianProcess requires {name} to be passed, but the target {name} is None")
-    array = _floating(name, values)
-    array = _flat(name, array)
+    array = _flat(name, _floating(name, values))
     if array.ndim not in (1, 2) or array.ndim == 2 and array.shape[1] == 0:
         raise ValueError(f"{name} should be a 1d or 2d array, got an array of shape {array.shape} instead.")
-    if len(array) != count:
-        raise ValueError(f"Found input variables with inconsistent numbers of samples: X {count}, {name} {len(array)}")
-    _check_finite(name, array)
-    return array
+    _check_count(name, array, count)
+    return _check_finite(name, array)
 
 
 def labels(name, values, count):
@@ -189,8 +183,7 @@ def labels(name, values, count):
     array = _flat(name, array)
     if array.ndim != 1:
         raise ValueError(f"{name} should be a 1d array, got an array of shape {array.shape} instead.")
-    if len(array) != count:
-        raise ValueError(f"Found input variables with inconsistent numbers of samples: X {count}, {name} {len(array)}")
+    _check_count(name, array, count)
     if array.dtype.kind in "fc":
         _check_finite(name, array)
         if array.dtype.kind == "c" or np.any(array != np.round(array)):
@@ -206,34 +199,30 @@ def feature_names(values):
     return np.asarray(list(names), dtype=object)
 
 
-def queries(estimator, values, count):
-    """X as matrix() gives it, with the features that the estimator was fitted with, in the same order."""
+def queries(estimator, values, name="X"):
+    """Rows as matrix() gives them; of a fitted estimator with the features that it was fitted with, in the same order."""
+    if not estimator._is_fitted():
+        return matrix(name, values)
     known, given = getattr(estimator, "feature_names_in_", None), feature_names(values)
+    kind, count = type(estimator).__name__, estimator.n_features_in_
     if given is not None and known is None:
-        warnings.warn(f"X has feature names, but {type(estimator).__name__} was fitted without feature names", stacklevel=3)
+        warnings.warn(f"X has feature names, but {kind} was fitted without feature names", stacklevel=3)
     elif known is not None and given is None and hasattr(values, "shape"):
-        warnings.warn(
-            f"X does not have valid feature names, but {type(estimator).__name__} was fitted with feature names",
-            stacklevel=3,
-        )
+        warnings.warn(f"X does not have valid feature names, but {kind} was fitted with feature names", stacklevel=3)
     elif known is not None and given is not None and list(known) != list(given):
         raise ValueError(_differences(list(known), list(given)))
-    X = matrix("X", values)
+    X = matrix(name, values)
     if X.shape[1] != count:
-        raise ValueError(
-            f"X has {X.shape[1]} features, but {type(estimator).__name__} is expecting {count} features as input"
-        )
+        raise ValueError(f"{name} has {X.shape[1]} features, but {kind} is expecting {count} features as input")
     return X
 
 
 def _differences(known, given):
     lines = ["The feature names should match those that were passed during fit."]
-    for title, names in (
-        ("Feature names unseen at fit time:", sorted(set(given) - set(known))),
-        ("Feature names seen at fit time, yet now missing:", sorted(set(known) - set(given))),
-    ):
+    unseen, missing = sorted(set(given) - set(known)), sorted(set(known) - set(given))
+    for title, names in (("unseen at fit time:", unseen), ("seen at fit time, yet now missing:", missing)):
         if names:
-            lines += [title, *(f"- {name}" for name in names[:5]), *(["- ..."] if len(names) > 5 else [])]
+            lines += [f"Feature names {title}", *(f"- {name}" for name in names[:5]), *["- ..."][: len(names) > 5]]
     if len(lines) == 1:
         lines.append("Feature names must be in the same order as they were in fit.")
     return "\n".join(lines) + "\n"

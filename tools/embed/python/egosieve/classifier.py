@@ -5,6 +5,7 @@ import inspect
 import numpy as np
 
 from . import arguments, kernels
+from ._library import choice
 from .estimator import Classifier
 from .gaussian_process import GaussianProcess
 
@@ -49,8 +50,7 @@ class GaussianProcessClassifier(Classifier):
     def __init__(self, kernel=_KERNEL, **parameters):
         given = inspect.signature(type(self)).bind(kernel, **parameters)
         given.apply_defaults()
-        for name, value in given.arguments.items():
-            setattr(self, name, value)
+        self.__dict__.update(given.arguments)
 
     def fit(self, X, y, sample_weight=None):
         """Starts anew.
@@ -62,11 +62,10 @@ class GaussianProcessClassifier(Classifier):
         sample_weight : n_samples weights, optional
             A row of weight 2 counts as two rows, one of weight 0 is left out. At most 1e6.
         """
-        names = arguments.feature_names(X)
-        X = arguments.matrix("X", X)
-        y = arguments.labels("y", y, len(X))
-        weights = None if sample_weight is None else arguments.variances("sample_weight", sample_weight, len(X))
+        names, X = arguments.feature_names(X), arguments.matrix("X", X)
+        y, weights = arguments.labels("y", y, len(X)), None
         if sample_weight is not None:
+            weights = arguments.variances("sample_weight", sample_weight, len(X))
             if weights is None:
                 raise ValueError("every sample_weight is zero: at least two classes need a row")
             used = weights > 0.0
@@ -74,9 +73,7 @@ class GaussianProcessClassifier(Classifier):
         classes, members = np.unique(y, return_inverse=True)
         if len(classes) < 2:
             raise ValueError(f"y holds {len(classes)} class, {classes[0]!r}; the classifier needs at least two")
-        if self.likelihood not in ("laplace", "least_squares"):
-            raise ValueError(f"likelihood = {self.likelihood!r}; it must be 'laplace' or 'least_squares'")
-        laplace = self.likelihood == "laplace"
+        laplace = choice("likelihood", self.likelihood, ("laplace", "least_squares")) == 0
         if laplace and not isinstance(self.kernel, str) and kernels.has_noise(self.kernel):
             raise ValueError("kernel: a WhiteKernel is noise of the latent function, which likelihood='laplace' has not")
         if weights is not None and not laplace and np.any(weights != 1.0):
@@ -97,7 +94,7 @@ class GaussianProcessClassifier(Classifier):
         """Probabilities of the classes in the order of classes_, of shape (n_queries, n_classes)."""
         if not self._is_fitted():
             raise arguments.not_fitted(self)
-        X = arguments.queries(self, X, self.n_features_in_)
+        X = arguments.queries(self, X)
         if len(self.models_) == 1:
             return self.models_[0].predict_proba(X)
         of_each = np.stack([model.predict_proba(X)[:, 1] for model in self.models_], axis=1)
@@ -135,7 +132,7 @@ def _distinct(X, members, weights):
 
 
 def _signature():
-    parameters = dict(inspect.signature(GaussianProcess.__init__).parameters)
+    parameters = inspect.signature(GaussianProcess.__init__).parameters
     kept = [parameter for name, parameter in parameters.items() if name not in _LEFT_OUT]
     kept[1] = kept[1].replace(default=_KERNEL)
     kept.insert(2, inspect.Parameter("likelihood", inspect.Parameter.KEYWORD_ONLY, default="laplace"))

@@ -16,11 +16,9 @@ except ImportError:
         def set_params(self, **params):
             """Sets parameters of the constructor; they hold from the next fit on."""
             names = list(self.get_params())
-            for name in params:
-                if name not in names:
-                    raise ValueError(f"Invalid parameter '{name}' for {type(self).__name__}. Valid parameters are: {names}.")
-            for name, value in params.items():
-                setattr(self, name, value)
+            for name in set(params) - set(names):
+                raise ValueError(f"Invalid parameter '{name}' for {type(self).__name__}. Valid parameters are: {names}.")
+            self.__dict__.update(params)
             return self
 
         def __repr__(self):

@@ -25,15 +25,13 @@ class ExactPredictor(Predictor):
         gradient : array of shape (n, m, n_scales + 1), by the logarithms of the scales and of sigma_f
         input_gradient : array of shape (n, m, n_features), by X; 0 at a cusp
         """
-        fitted = self._is_fitted()
-        X, Z = (None if points is None else arguments.queries(self, points, self.n_features_in_) if fitted
-                else arguments.matrix(name, points) for name, points in (("X", X), ("Z", Z)))  # fmt: skip
-        core = self._core if fitted else self._new_model(X.shape[1])
+        X, Z = arguments.queries(self, X), None if Z is None else arguments.queries(self, Z, "Z")
+        core = self._core if self._is_fitted() else self._new_model(X.shape[1])
         pairs, features = (len(X), len(X if Z is None else Z)), X.shape[1]
         scales = len(core.describe()["scales"])
         results = [np.empty(pairs), np.empty((*pairs, scales + 1)) if eval_gradient else None,
                    np.empty((*pairs, features)) if eval_input_gradient else None]  # fmt: skip
-        core.covariances(X, Z, *(None if one is None else one.reshape(-1, one.shape[-1]) for one in results))
+        core.call("covariances", X, Z, *(None if one is None else one.reshape(-1, one.shape[-1]) for one in results))
         wanted = tuple(one for one in results if one is not None)
         return wanted if len(wanted) > 1 else wanted[0]
 
@@ -53,7 +51,7 @@ class ExactPredictor(Predictor):
         -------
         samples : float64 array of shape (n_queries, n_samples) or (n_queries, n_targets, n_samples)
         """
-        X = arguments.queries(self, X, self.n_features_in_) if self._is_fitted() else arguments.matrix("X", X)
+        X = arguments.queries(self, X)
         if n_samples < 0:
             raise ValueError(f"n_samples = {n_samples}; it must not be negative")
         if self._is_fitted():
@@ -62,7 +60,8 @@ class ExactPredictor(Predictor):
             core, offset, scale = self._new_model(X.shape[1]), 0.0, 1.0
         samples = np.empty((len(X) * np.size(scale), n_samples))
         if n_samples:
-            core.sample(X, arguments.seed(random_state) % 2**64, samples, self._with_noise(of_observation))
+            seed = arguments.seed(random_state) % 2**64
+            core.call("sample", X, seed, self._with_noise(of_observation), samples, None)
         if np.ndim(scale):
             samples = samples.reshape(len(X), len(scale), n_samples)
             scale, offset = scale[:, None], offset[:, None]
@@ -77,12 +76,11 @@ class ExactPredictor(Predictor):
         variance_gradient : array of shape (n_queries, n_features), only if return_var; with several targets
             (n_queries, n_targets, n_features)
         """
-        core, count = self._fitted()
-        X = arguments.queries(self, X, count)
-        mean = np.empty((len(X) * np.size(self._scale), count))
+        core, X, scale = self._fitted(), arguments.queries(self, X), self._scale
+        count = X.shape[1]
+        mean = np.empty((len(X) * np.size(scale), count))
         variance = np.empty((len(X), count)) if return_var else None
-        core.gradients(X, mean, variance)
-        scale = self._scale
+        core.call("gradients", X, mean, variance)
         if np.ndim(scale):
             mean, scale = mean.reshape(len(X), len(scale), count), scale[:, None]
             variance = None if variance is None else variance[:, None, :]
@@ -98,10 +96,10 @@ class ExactPredictor(Predictor):
         std : array of y's shape, of the observation y
         log_density : array of y's shape, log p(y_i | all others)
         """
-        core, _ = self._fitted()
+        core = self._fitted()
         n = core.describe()["size"]
         mean, variance, log_density = np.empty(self._shape(n)), np.empty(n), np.empty(self._shape(n))
-        core.leave_one_out(mean, variance, log_density)
+        core.call("leave_one_out", mean, variance, log_density)
         mean, std = self._denormalized(mean, variance, True, False)
         return mean, std, log_density - np.log(self._scale)
 
@@ -115,7 +113,7 @@ class ExactPredictor(Predictor):
         eval_gradient : bool
             Also return the gradient by theta.
         """
-        core, _ = self._fitted()
+        core = self._fitted()
         if theta is None and not eval_gradient:
             return core.log_marginal_likelihood()
         if theta is None:
@@ -128,3 +126,10 @@ class ExactPredictor(Predictor):
     def log_marginal_likelihood_value_(self):
         """log_marginal_likelihood() of the model as it is now."""
         return self.log_marginal_likelihood()
+
+    def _predict_joint(self, X, of_observation):
+        mean, covariance = np.empty(self._shape(len(X))), np.empty((len(X), len(X)))
+        self._core.call("predict_joint", X, of_observation, mean, covariance)
+        if np.ndim(self._scale):
+            covariance = covariance[:, :, None]
+        return mean * self._scale + self._offset, covariance * self._scale**2

@@ -7,6 +7,7 @@ import numpy as np
 
 from . import arguments, kernels
 from ._gaussian_process import Model
+from ._library import image as view
 from .estimator import Regressor
 from .exact_predictor import ExactPredictor
 from .predictor import FrozenPosterior
@@ -16,6 +17,11 @@ _PARAMETERS_KEY = "egosieve.GaussianProcess"
 _FARTHEST = 1e4
 # What means nothing to another process.
 _OF_THE_PROCESS = ("opencl_context", "opencl_device")
+
+
+def _numbers(*values):
+    """Offset and scale of one target as numbers, of several as arrays."""
+    return [value.tolist() if np.ndim(value) == 0 else value for value in values]
 
 
 def _plain(value):
@@ -109,45 +115,12 @@ class GaussianProcess(ExactPredictor, Regressor):
     """
 
     def __init__(
-        self,
-        kernel="arcsine",
-        *,
-        scales=None,
-        signal_stddev=1.0,
-        noise_stddev=0.1,
-        alpha=0.0,
-        mean="zero",
-        approximation="exact",
-        inducing_points=512,
-        optimize=True,
-        normalize_y=False,
-        subset_size=800,
-        n_restarts_optimizer=0,
-        bounds=None,
-        random_state=1,
-        device=None,
-        memory_cap_bytes=0,
-        opencl_context=None,
+        self, kernel="arcsine", *, scales=None, signal_stddev=1.0, noise_stddev=0.1, alpha=0.0, mean="zero",
+        approximation="exact", inducing_points=512, optimize=True, normalize_y=False, subset_size=800,
+        n_restarts_optimizer=0, bounds=None, random_state=1, device=None, memory_cap_bytes=0, opencl_context=None,
         opencl_device=None,
-    ):
-        self.kernel = kernel
-        self.scales = scales
-        self.signal_stddev = signal_stddev
-        self.noise_stddev = noise_stddev
-        self.alpha = alpha
-        self.mean = mean
-        self.approximation = approximation
-        self.inducing_points = inducing_points
-        self.optimize = optimize
-        self.normalize_y = normalize_y
-        self.subset_size = subset_size
-        self.n_restarts_optimizer = n_restarts_optimizer
-        self.bounds = bounds
-        self.random_state = random_state
-        self.device = device
-        self.memory_cap_bytes = memory_cap_bytes
-        self.opencl_context = opencl_context
-        self.opencl_device = opencl_device
+    ):  # fmt: skip
+        self.__dict__.update({name: value for name, value in locals().items() if name != "self"})
 
     def fit(self, X, y):
         """Starts anew with the points (X, y) and, if asked for, optimises the hyperparameters.
@@ -159,27 +132,20 @@ class GaussianProcess(ExactPredictor, Regressor):
             Any finite numbers; -1 and +1, or between, where predict_proba is wanted. Where every y is 0 or 1,
             predict_proba is refused: 2 * y - 1 are labels.
         """
-        names = arguments.feature_names(X)
-        X = arguments.matrix("X", X)
+        names, X = arguments.feature_names(X), arguments.matrix("X", X)
         y = arguments.targets("y", y, len(X))
         alpha = arguments.variances("alpha", self.alpha, len(X))
         offset, scale = self._normalization(y)
         model = self._new_model(X.shape[1])
-        model.condition(X, self._normalized(y, offset, scale), alpha)
-        optimization = None
-        if self.optimize and len(X) > 1:
-            optimization = model.optimize(**self._search(X.shape[1]))
-        self._adopt(model, X.shape[1], offset, scale, names)
-        self.optimization_ = optimization
-        return self
+        model.call("condition_noisy", X, self._normalized(y, offset, scale), alpha)
+        search = self._search(X.shape[1]) if self.optimize and len(X) > 1 else None
+        return self._adopt(model, X.shape[1], offset, scale, names, search and model.optimize("optimize", search=search))
 
     def _fit_labels(self, X, y, weights):
         """As fit, for GaussianProcessClassifier: labels -1 and 1, and Laplace's approximation of f."""
         model = self._new_model(X.shape[1])
         search = self._search(X.shape[1]) if self.optimize and len(X) > 1 else None
-        self.optimization_ = model.classify(X, y, weights, search)
-        self._adopt(model, X.shape[1], 0.0, 1.0)
-        return self
+        return self._adopt(model, X.shape[1], 0.0, 1.0, None, model.optimize("classify", X, y, weights, search=search))
 
     def _search(self, n_features):
         bounds = self.bounds
@@ -194,21 +160,16 @@ class GaussianProcess(ExactPredictor, Regressor):
         `alpha` is the noise of these points, as that of the constructor is of fit's. A model that was not
         fitted starts from the given hyperparameters. Cost: k n^2 flops for k points.
         """
-        names = arguments.feature_names(X)
-        X = arguments.queries(self, X, self.n_features_in_) if self._is_fitted() else arguments.matrix("X", X)
+        names, X = arguments.feature_names(X), arguments.queries(self, X)
         y = arguments.targets("y", y, len(X))
         alpha = arguments.variances("alpha", alpha, len(X))
         if not self._is_fitted():
             model = self._new_model(X.shape[1])
-            model.condition(X, y, alpha)
-            several = y.ndim == 2
-            self._adopt(model, X.shape[1], np.zeros(y.shape[1]) if several else 0.0,
-                        np.ones(y.shape[1]) if several else 1.0, names)  # fmt: skip
-            self.optimization_ = None
-            return self
+            model.call("condition_noisy", X, y, alpha)
+            return self._adopt(model, X.shape[1], *_numbers(np.zeros(y.shape[1:]), np.ones(y.shape[1:])), names)
         if np.shape(y)[1:] != np.shape(self._scale):
             raise ValueError(f"y has shape {y.shape}; the model has {np.size(self._scale)} target(s)")
-        self._core.condition(X, self._normalized(y, self._offset, self._scale), alpha)
+        self._core.call("condition_noisy", X, self._normalized(y, self._offset, self._scale), alpha)
         return self
 
     def remove(self, rows):
@@ -217,7 +178,7 @@ class GaussianProcess(ExactPredictor, Regressor):
         Negative indices count from the end, and an array of bool names the points where it is true, as
         NumPy's indices do.
         """
-        core, _ = self._fitted()
+        core = self._fitted()
         rows = arguments.indices("rows", rows, core.describe()["size"])
         if len(rows):
             core.remove(rows)
@@ -230,12 +191,10 @@ class GaussianProcess(ExactPredictor, Regressor):
         Several `devices`, a list of names as `device` is one, share each prediction's queries in place of the
         model's own, in pieces of at least 1,024. A query's result is that of the device that computed it.
         """
-        core, count = self._fitted()
-        labels = self._are_labels()
+        core, labels = self._fitted(), self._are_labels()
         if labels and core.describe()["size"] > 1:
             self._calibrate()
-        return FrozenPosterior(core.posterior(devices), count, self._offset, self._scale, labels, self._observed,
-                               getattr(self, "feature_names_in_", None))  # fmt: skip
+        return FrozenPosterior(core.posterior(devices), self, labels)
 
     def warm_up(self, n_features):
         """Compiles what predictions with this kernel need, so that the first is as fast as later ones.
@@ -246,10 +205,10 @@ class GaussianProcess(ExactPredictor, Regressor):
         """
         model = self._new_model(n_features)
         X = np.random.default_rng(0).uniform(-1.0, 1.0, (n_features + 2, n_features))
-        model.condition(X, np.where(np.arange(len(X)) % 2 == 0, 1.0, -1.0), None)
+        model.call("condition_noisy", X, np.where(np.arange(len(X)) % 2 == 0, 1.0, -1.0), None)
         results = [np.empty(len(X)) for _ in range(3)]
-        model.predict(X, mean=results[0])
-        model.predict(X, mean=results[0], variance=results[1], probability=results[2])
+        model.predict("predict", X, mean=results[0])
+        model.predict("predict", X, mean=results[0], variance=results[1], probability=results[2])
         return self
 
     def describe_pixels(self, image, places, order="bgr"):
@@ -267,7 +226,7 @@ class GaussianProcess(ExactPredictor, Regressor):
         places = arguments.matrix("places", places)
         out = np.empty((len(places), 6), dtype=np.float32)
         core = self._core if self._is_fitted() else self._new_model(6)
-        core.describe_pixels(np.asarray(image), order, places, out)
+        core.call("describe_pixels", view("image", np.asarray(image), order), places, out)
         return out
 
     def save(self, path):
@@ -275,57 +234,61 @@ class GaussianProcess(ExactPredictor, Regressor):
 
         The factor is rebuilt, so that this model and the loaded one give identical predictions.
         """
-        core, _ = self._fitted()
-        core.set_annotation(self._annotation())
-        core.save(str(path))
+        self._fitted().save(path, self._annotation())
 
     @classmethod
     def load(cls, path, device=None):
         """Reads what save wrote, or any model file of egosieve's."""
-        return cls._from_model(Model.load(str(path), device), device)
+        return cls._from_model(Model.load(path, device), device)
 
     @property
     def hyperparameters_(self):
         """The hyperparameters and what else the model is, as it is now."""
-        return self._fitted()[0].describe()
+        return self._fitted().describe()
 
     @property
     def kernel_(self):
         """`kernel` with the hyperparameters of the model: an object of scikit-learn's, or the text."""
-        found = self._fitted()[0].describe()
+        found = self._fitted().describe()
         return found["kernel"] if isinstance(self.kernel, str) else kernels.with_values(self.kernel, found)
 
     @property
     def X_train_(self):
         """A copy of the inputs of the points in the model, float64."""
-        return self._points()[0]
+        core = self._fitted()
+        X = np.empty((core.describe()["size"], self.n_features_in_))
+        core.call("points", X, None)
+        return X
 
     @property
     def y_train_(self):
         """A copy of the targets of the points in the model, float64, in the units of y."""
-        return self._points()[1] * self._scale + self._offset
+        core = self._fitted()
+        y = np.empty(self._shape(core.describe()["size"]))
+        core.call("points", None, y)
+        return y * self._scale + self._offset
 
     @property
     def alpha_train_(self):
         """A copy of the noise variances of the points in the model, float64."""
-        core, _ = self._fitted()
+        core = self._fitted()
         variances = np.empty(core.describe()["size"])
-        core.noise_variances(variances)
+        core.call("noise_variances", variances)
         return variances
 
     @property
     def coef_(self):
         """The coefficients of the mean's function, the constant first; of normalised y."""
-        core, _ = self._fitted()
+        core = self._fitted()
         coefficients = np.empty(self._shape(core.describe()["coefficients"]))
-        core.mean_coefficients(coefficients)
+        core.call("mean_coefficients", coefficients)
         return coefficients
 
     def __getstate__(self):
         state = {name: value for name, value in self.__dict__.items() if name != "_core"}
         state.update(dict.fromkeys(_OF_THE_PROCESS))
         if self._is_fitted():
-            state["_bytes"] = self._core.serialize()
+            state["_bytes"] = self._core.bytes("serialize")
         return state
 
     def __setstate__(self, state):
@@ -343,32 +306,20 @@ class GaussianProcess(ExactPredictor, Regressor):
     @classmethod
     def _from_model(cls, model, device):
         info = model.describe()
-        gp = cls(
-            kernel=info["kernel"],
-            scales=info["scales"],
-            signal_stddev=info["signal_stddev"],
-            noise_stddev=info["noise_stddev"],
-            mean=info["mean"],
-            approximation=info["approximation"],
-            inducing_points=info["inducing_points"] or 512,
-            optimize=False,
-            device=device,
-        )
-        several = info["outputs"] > 1
-        observed, names = False, None
-        offset = np.zeros(info["outputs"]) if several else 0.0
-        scale = np.ones(info["outputs"]) if several else 1.0
+        names = ("kernel", "scales", "signal_stddev", "noise_stddev", "mean", "approximation")
+        gp = cls(**{name: info[name] for name in names}, inducing_points=info["inducing_points"] or 512, optimize=False,
+                 device=device)  # fmt: skip
+        shape = (info["outputs"],) if info["outputs"] > 1 else ()
+        observed, names, offset, scale = False, None, np.zeros(shape), np.ones(shape)
         try:
-            kept = json.loads(model.annotation())[_PARAMETERS_KEY]
-            kind = np.array if several else float
-            offset, scale = kind(kept["offset"]), kind(kept["scale"])
+            kept = json.loads(model.bytes("annotation"))[_PARAMETERS_KEY]
+            offset, scale = (np.reshape(np.array(kept[name], dtype=float), shape) for name in ("offset", "scale"))
             gp.set_params(**kept["parameters"])
             observed, names = kept["observed"], kept["features"]
         except (ValueError, KeyError, TypeError):
             pass  # a file of another program's
-        gp._adopt(model, info["dimension"], offset, scale, None if names is None else np.asarray(names, dtype=object))
+        gp._adopt(model, info["dimension"], *_numbers(offset, scale), None if names is None else np.asarray(names, dtype=object))
         gp._observed = observed
-        gp.optimization_ = None
         return gp
 
     def _annotation(self):
@@ -390,42 +341,36 @@ class GaussianProcess(ExactPredictor, Regressor):
             scales = found.scales if scales is None else scales
             noise_stddev = found.noise_stddev or noise_stddev
         scales = None if scales is None else [float(scale) for scale in np.ravel(scales)]
-        context, opencl_device = (
-            None if getattr(self, name) is None else arguments.address(name, getattr(self, name)) for name in _OF_THE_PROCESS
-        )
-        return Model.create(kernel, n_features, scales, signal_stddev, noise_stddev, str(self.mean), self.device,
-                            self.approximation, self.inducing_points, self.memory_cap_bytes, context, opencl_device)  # fmt: skip
+        opencl = {name: None if getattr(self, name) is None else arguments.address(name, getattr(self, name))
+                  for name in _OF_THE_PROCESS}  # fmt: skip
+        return Model.create(kernel, scales, str(self.mean), self.device, self.approximation, dimension=n_features,
+                            signal_stddev=signal_stddev, noise_stddev=noise_stddev, inducing_points=self.inducing_points,
+                            memory_cap_bytes=self.memory_cap_bytes, **opencl)  # fmt: skip
 
     def _normalization(self, y):
         """Offset and scale of the targets: numbers, or arrays with those of each."""
-        several = y.ndim == 2
         offset, scale = y.mean(axis=0, dtype=np.float64), y.std(axis=0, dtype=np.float64)
+        if self.normalize_y:
+            return _numbers(offset, np.where(scale > 0.0, scale, 1.0))
         varies = scale > 1e-13 * np.abs(offset)  # more than by rounding
         far = (self.mean == "zero") & varies & (np.abs(offset) > _FARTHEST * scale)
-        if np.any(far) and not self.normalize_y:
+        if np.any(far):
             warnings.warn(
                 "y is so far from zero that the zero prior mean cannot be computed in float64: its mean is subtracted first; "
                 'mean="constant" or normalize_y=True avoid this',
                 stacklevel=3,
             )
-            offset = np.where(far, offset, 0.0)
-            return (offset, np.ones(y.shape[1])) if several else (float(offset), 1.0)
-        if not self.normalize_y:
-            return (np.zeros(y.shape[1]), np.ones(y.shape[1])) if several else (0.0, 1.0)
-        scale = np.where(scale > 0.0, scale, 1.0)
-        return (offset, scale) if several else (float(offset), float(scale))
+        return _numbers(np.where(far, offset, 0.0), np.ones(np.shape(scale)))
 
-    def _adopt(self, model, n_features, offset, scale, names=None):
-        self._core, self._offset, self._scale = model, offset, scale
+    def _adopt(self, model, n_features, offset, scale, names, optimization=None):
+        self._core, self._offset, self._scale, self.optimization_ = model, offset, scale, optimization
         self._observed = not isinstance(self.kernel, str) and kernels.has_noise(self.kernel)
         self._take_features(n_features, names)
+        return self
 
     @staticmethod
     def _normalized(y, offset, scale):
         return y if not np.any(offset) and np.all(scale == 1.0) else (y - offset) / scale
-
-    def _exact(self, what):
-        return self._fitted()[0]
 
     def _is_fitted(self):
         return getattr(self, "_core", None) is not None
@@ -433,18 +378,12 @@ class GaussianProcess(ExactPredictor, Regressor):
     def _fitted(self):
         if not self._is_fitted():
             raise arguments.not_fitted(self)
-        return self._core, self.n_features_in_
+        return self._core
 
     def _are_labels(self):
-        normalized = self._is_fitted() and (np.any(self._offset) or np.any(self._scale != 1.0))
-        return not self._is_fitted() or (not normalized and self._core.describe()["has_labels"])
+        if not self._is_fitted():
+            return True
+        return not np.any(self._offset) and np.all(self._scale == 1.0) and self._core.describe()["has_labels"]
 
     def _calibrate(self):
-        self._core.calibrate()
-
-    def _points(self):
-        core, count = self._fitted()
-        size = core.describe()["size"]
-        x, y = np.empty((size, count)), np.empty(self._shape(size))
-        core.points(x, y)
-        return x, y
+        self._core.call("calibrate")

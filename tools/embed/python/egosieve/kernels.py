@@ -1,11 +1,8 @@
 """Kernels of scikit-learn's as the covariances that the library names by text."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
-
-_FIXED_ONE = (1.0, 1.0)
 
 
 class Translation(NamedTuple):
@@ -21,37 +18,22 @@ class Translation(NamedTuple):
     bounds: dict
 
 
-class _Value(NamedTuple):
-    """A hyperparameter with its bounds; equal bounds fix it."""
-
-    now: float
-    lower: float
-    upper: float
-
-    @property
-    def fixed(self):
-        return self.lower == self.upper
-
-    def power(self, exponent):
-        return _Value(self.now**exponent, self.lower**exponent, self.upper**exponent)
-
-    def times(self, other):
-        return _Value(self.now * other.now, self.lower * other.lower, self.upper * other.upper)
-
-    def over(self, other):
-        return _Value(self.now / other.now, self.lower / other.upper, self.upper / other.lower)
-
-    def plus(self, other):
-        return _Value(self.now + other.now, self.lower + other.lower, self.upper + other.upper)
+# A hyperparameter is an array: its value, lower and upper bound; equal bounds fix it.
+_ONE = np.ones(3)
 
 
-_ONE = _Value(1.0, *_FIXED_ONE)
+def _fixed(value):
+    return value[1] == value[2]
+
+
+def _over(a, b):
+    return a / b[[0, 2, 1]]
 
 
 class _Part(NamedTuple):
     """weight times a function; `terms` of a sum are more than one, and `scales` those of all."""
 
-    weight: _Value
+    weight: np.ndarray
     text: str
     scales: list
     terms: int = 1
@@ -62,13 +44,11 @@ _MATERN = {0.5: "matern12", 1.5: "matern32", 2.5: "matern52"}
 
 
 def _values(kernel, name):
-    """One _Value for each element of a hyperparameter."""
+    """One of these arrays for each element of a hyperparameter."""
     values = np.atleast_1d(getattr(kernel, name)).astype(float)
     bounds = getattr(kernel, name + "_bounds")
-    if isinstance(bounds, str):
-        return [_Value(value, value, value) for value in values]
-    pairs = np.broadcast_to(np.atleast_2d(bounds).astype(float), (len(values), 2))
-    return [_Value(value, lower, upper) for value, (lower, upper) in zip(values, pairs)]
+    pairs = values[:, None] if isinstance(bounds, str) else np.atleast_2d(bounds).astype(float)
+    return list(np.column_stack([values, np.broadcast_to(pairs, (len(values), 2))]))
 
 
 def _stationary(name, kernel, n_features):
@@ -94,7 +74,7 @@ def _base(kernel, n_features):
         return _Part(_ONE, "isotropic(rational_quadratic)", _values(kernel, "alpha") + _values(kernel, "length_scale"))
     if kind == "DotProduct":
         sigma = _values(kernel, "sigma_0")[0]
-        if sigma.now == 0.0:
+        if sigma[0] == 0.0:
             return _Part(_ONE, "isotropic(linear)", [_ONE], even=False)
         return _Part(_ONE, "isotropic(linear) + constant", [_ONE, sigma], 2, even=False)
     if kind == "ExpSineSquared" and n_features == 1:
@@ -114,14 +94,14 @@ def _enclosed(part):
 def _sum(a, b):
     # f_a + (amplitude)^2 f_b, the weight of a being that of the whole. A fixed weight comes first, so that the
     # amplitudes of others need no bounds that depend on it.
-    if b.weight.fixed and not a.weight.fixed:
+    if _fixed(b.weight) and not _fixed(a.weight):
         a, b = b, a
-    amplitude = b.weight.over(a.weight).power(0.5)
+    amplitude = _over(b.weight, a.weight) ** 0.5
     return _Part(a.weight, f"{a.text} + {_enclosed(b)}", [*a.scales, amplitude, *b.scales], a.terms + 1, a.even and b.even)
 
 
 def _product(a, b):
-    weight = a.weight.times(b.weight)
+    weight = a.weight * b.weight
     if a.text == "constant":
         return b._replace(weight=weight)
     if b.text == "constant":
@@ -149,18 +129,12 @@ def _convert(kernel, n_features):
         return _base(kernel, n_features), None
     (a, noise_a), (b, noise_b) = (_convert(part, n_features) for part in (kernel.k1, kernel.k2))
     if kind == "Sum":
-        return _either(_sum, a, b), _either(_Value.plus, noise_a, noise_b)
+        return _either(_sum, a, b), _either(np.add, noise_a, noise_b)
     # (a + noise_a) (b + noise_b): noise is 0 between different points, and at one point the variances multiply.
-    noises = []
-    if noise_a is not None and b is not None:
-        noises.append(noise_a.times(_variance(b)))
-    if noise_b is not None and a is not None:
-        noises.append(noise_b.times(_variance(a)))
-    if noise_a is not None and noise_b is not None:
-        noises.append(noise_a.times(noise_b))
-    noise = None
-    for one in noises:
-        noise = _either(_Value.plus, noise, one)
+    noise = None if noise_a is None or noise_b is None else noise_a * noise_b
+    for one, other in ((noise_a, b), (noise_b, a)):
+        if one is not None and other is not None:
+            noise = _either(np.add, one * _variance(other), noise)
     return (None if a is None or b is None else _product(a, b)), noise
 
 
@@ -171,21 +145,17 @@ def has_noise(kernel):
     return type(kernel).__name__ == "WhiteKernel"
 
 
-def _pair(value):
-    return value.lower, value.upper
-
-
 def translate(kernel, n_features):
     """What is equal to one of sklearn.gaussian_process.kernels, found by its classes' names."""
     part, noise = _convert(kernel, n_features)
     if part is None:
         raise ValueError(f"kernel: {kernel!r} is noise alone")
-    noise = None if noise is None or noise.now == 0.0 else noise.power(0.5)
-    signal = part.weight.power(0.5)
-    bounds = {"scales": [_pair(scale) for scale in part.scales], "signal_stddev": _pair(signal)}
+    noise = None if noise is None or noise[0] == 0.0 else noise**0.5
+    signal = part.weight**0.5
+    bounds = {"scales": [tuple(scale[1:]) for scale in part.scales], "signal_stddev": signal[1:]}
     if noise is not None:
-        bounds["noise_stddev"] = _pair(noise)
-    return Translation(part.text, [scale.now for scale in part.scales], signal.now, noise and noise.now, bounds)
+        bounds["noise_stddev"] = noise[1:]
+    return Translation(part.text, [scale[0] for scale in part.scales], signal[0], None if noise is None else noise[0], bounds)
 
 
 def with_values(kernel, found):

@@ -13,8 +13,7 @@ class Interruptible:
     """
 
     def __enter__(self):
-        self._came = False
-        self._former = None
+        self._came, self._former = False, None
         if threading.current_thread() is threading.main_thread():
             self._former = signal.signal(signal.SIGINT, self._note)
         return self
@@ -23,7 +22,7 @@ class Interruptible:
         if self._former is not None:
             signal.signal(signal.SIGINT, self._former)
         if self._came:
-            raise KeyboardInterrupt
+            raise KeyboardInterrupt from None
 
     def _note(self, *_):
         self._came = True
@@ -42,8 +41,8 @@ def _pair(name, bound, value):
         if bound != "fixed":
             raise ValueError(f"bounds: {name} has {bound!r}; give (lower, upper) or 'fixed'")
         return value, value
-    lower, upper = (math.nan if end is None else float(end) for end in bound)
-    return lower, upper
+    lower, upper = bound
+    return tuple(math.nan if end is None else float(end) for end in (lower, upper))
 
 
 def bounds(given, scales, signal_stddev, noise_stddev):
@@ -62,5 +61,4 @@ def bounds(given, scales, signal_stddev, noise_stddev):
     wishes = [*of_scales, given.pop("signal_stddev", (None, None)), given.pop("noise_stddev", (None, None))]
     if given:
         raise ValueError(f"bounds: no hyperparameter is called {', '.join(map(repr, given))}")
-    pairs = [_pair(*entry) for entry in zip(names(len(scales)), wishes, values)]
-    return [lower for lower, _ in pairs], [upper for _, upper in pairs]
+    return tuple(map(list, zip(*map(_pair, names(len(scales)), wishes, values))))

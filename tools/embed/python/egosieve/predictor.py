@@ -6,6 +6,8 @@ import sys
 import numpy as np
 
 from . import arguments
+from ._library import Grid, fill
+from ._library import image as view
 
 
 class _OnlyWithLabels:
@@ -60,17 +62,15 @@ class Predictor:
         std or variance : array of the mean's shape, only if asked for
         covariance : array of shape (n_queries, n_queries) or (n_queries, n_queries, n_targets), only if asked for
         """
-        core, count = self._fitted()
-        X = arguments.queries(self, X, count)
+        self._fitted()
+        X = arguments.queries(self, X)
         if return_cov:
             if return_std or return_var:
                 raise RuntimeError("At most one of return_std or return_cov can be requested.")
             return self._predict_joint(X, self._with_noise(of_observation))
-        mean = np.empty(self._shape(len(X)), dtype=X.dtype)
-        variance = np.empty(len(X), dtype=X.dtype) if return_std or return_var else None
-        precision = "float64" if float64 else precision
-        core.predict(X, mean=mean, variance=variance, of_observation=self._with_noise(of_observation), precision=precision)
-        return self._denormalized(mean, variance, return_std, return_var)
+        mean, variance = np.empty(self._shape(len(X)), X.dtype), np.empty(len(X), X.dtype)
+        return self._filled("predict", [X], mean, variance, return_std, return_var, of_observation,
+                            "float64" if float64 else precision)  # fmt: skip
 
     def predict_grid(
         self, x0, y0, dx, dy, rows, columns, return_std=False, return_var=False, of_observation=None, out=None,
@@ -97,14 +97,10 @@ class Predictor:
         mean : array of shape (rows, columns), float32 unless `out` is given
         std or variance : array of shape (rows, columns), only if asked for
         """
-        core, _ = self._fitted()
         mean = np.empty((rows, columns), dtype=np.float32) if out is None else out
-        variance = np.empty((rows, columns), dtype=mean.dtype) if return_std or return_var else None
-        core.predict_grid(
-            float(x0), float(y0), float(dx), float(dy), rows, columns,
-            mean=mean, variance=variance, of_observation=self._with_noise(of_observation), precision=precision,
-        )  # fmt: skip
-        return self._denormalized(mean, variance, return_std, return_var)
+        grid = fill(Grid(float(x0), float(y0), float(dx), float(dy)), rows=rows, columns=columns)
+        return self._filled("predict_grid", [grid], mean, np.empty((rows, columns), dtype=mean.dtype), return_std, return_var,
+                            of_observation, precision)  # fmt: skip
 
     def predict_axes(self, x, y, return_std=False, return_var=False, of_observation=None, precision="auto"):
         """Mean of f where two axes cross, for models of two features: element (r, c) is at (x[c], y[r]).
@@ -155,25 +151,22 @@ class Predictor:
         mean : float32 array of shape (ceil((height - 1) / stride) + 1, ceil((width - 1) / stride) + 1)
         std : array of that shape, only if asked for
         """
-        core, _ = self._fitted()
         image = np.asarray(image)
         if image.ndim < 2 or stride < 1:
             raise ValueError("image must be height x width (x 3), and stride at least 1")
         shape = tuple(-(-(side - 1) // stride) + 1 for side in image.shape[:2])
-        mean = np.empty(shape, dtype=np.float32)
-        variance = np.empty(shape, dtype=np.float32) if return_std else None
-        core.predict_image(image, stride, order, mean=mean, variance=variance, precision=precision)
-        return self._denormalized(mean, variance, return_std, False)
+        mean, variance = np.empty(shape, np.float32), np.empty(shape, np.float32)
+        return self._filled("predict_image", [view("image", image, order), stride], mean, variance, return_std, False, False, precision)
 
     @property
     def clamped_variances_(self):
         """How many variances of the last prediction were negative from rounding and are 0."""
-        return self._fitted()[0].clamped_variances
+        return self._fitted().clamped_variances
 
     @property
     def float64_count_(self):
         """How many places of the last prediction have a result that was computed in float64."""
-        return self._fitted()[0].float64_count
+        return self._fitted().float64_count
 
     @_OnlyWithLabels
     def predict_proba(self, X):
@@ -187,31 +180,26 @@ class Predictor:
         -------
         probabilities : array of shape (n_queries, 2), columns for -1 and +1
         """
-        core, count = self._fitted()
-        X = arguments.queries(self, X, count)
+        core, X = self._fitted(), arguments.queries(self, X)
         self._calibrate()
         probabilities = np.empty((len(X), 2), dtype=X.dtype)
-        core.predict(X, probability=probabilities[:, 1])
+        core.predict("predict", X, probability=probabilities[:, 1])
         np.subtract(1, probabilities[:, 1], out=probabilities[:, 0])
         return probabilities
 
     def _with_noise(self, of_observation):
         return self._observed if of_observation is None else of_observation
 
-    def _exact(self, what):
-        """The core with its factor."""
-        raise RuntimeError(f"{what} needs the model; this is a posterior that was frozen from one")
-
     def _shape(self, count):
         """Of the means at `count` places."""
         return count if np.ndim(self._scale) == 0 else (count, len(self._scale))
 
-    def _predict_joint(self, X, of_observation):
-        mean, covariance = np.empty(self._shape(len(X))), np.empty((len(X), len(X)))
-        self._exact("return_cov").predict_joint(X, mean, covariance, of_observation)
-        if np.ndim(self._scale):
-            covariance = covariance[:, :, None]
-        return mean * self._scale + self._offset, covariance * self._scale**2
+    def _filled(self, call, place, mean, variance, return_std, return_var, of_observation, precision):
+        """The results of a prediction, in these arrays."""
+        variance = variance if return_std or return_var else None
+        self._fitted().predict(call, *place, mean=mean, variance=variance, of_observation=self._with_noise(of_observation),
+                               precision=precision)  # fmt: skip
+        return self._denormalized(mean, variance, return_std, return_var)
 
     def _denormalized(self, mean, variance, return_std, return_var):
         if np.any(self._scale != 1.0) or np.any(self._offset != 0.0):
@@ -234,11 +222,10 @@ class FrozenPosterior(Predictor):
     Any number of threads may predict while the model that made it goes on learning.
     """
 
-    def __init__(self, core, n_features, offset, scale, labels, observed, names):
-        self._core, self._n_features = core, n_features
-        self._offset, self._scale, self._labels, self._observed = offset, scale, labels, observed
-        if names is not None:
-            self.feature_names_in_ = names
+    def __init__(self, core, model, labels):
+        self._core, self._labels = core, labels
+        of_model = ("_offset", "_scale", "_observed", "n_features_in_", "feature_names_in_")
+        self.__dict__.update({name: value for name, value in vars(model).items() if name in of_model})
 
     def opencl(self):
         """Addresses of the cl_context and the cl_device_id that the posterior lies on.
@@ -264,8 +251,9 @@ class FrozenPosterior(Predictor):
                 first=0, stride=0, wait_for=()):
         """Predicts from and to OpenCL buffers on a command queue, without waiting.
 
-        OpenCL objects are PyOpenCL's, or anything else with their `int_ptr`, or addresses; they belong to the
-        context of `opencl()`. Results are in float32, whatever their errors (`float32_error`). For one output with the zero mean and without normalize_y.
+        OpenCL objects are PyOpenCL's, or anything else with their `int_ptr`, or addresses; they belong to the context
+        of `opencl()`. Results are in float32, whatever their errors (`float32_error`). For one output with the zero mean
+        and without normalize_y.
 
         Parameters
         ----------
@@ -285,11 +273,7 @@ class FrozenPosterior(Predictor):
         if np.any(self._scale != 1.0) or np.any(self._offset != 0.0):
             raise RuntimeError("models with normalize_y=True are not evaluated on a queue")
         results = {"mean": mean, "variance": variance, "probability": probability, "clamped": clamped}
-        pairs = {
-            name: value if isinstance(value, tuple) else (value, 0)
-            for name, value in results.items()
-            if value is not None
-        }
+        pairs = {name: value if isinstance(value, tuple) else (value, 0) for name, value in results.items() if value is not None}
         pairs = {name: (arguments.address(name, memory), element) for name, (memory, element) in pairs.items()}
         wait = [arguments.address("wait_for", event) for event in wait_for]
         queue, queries = arguments.address("queue", queue), arguments.address("queries", queries)
@@ -298,7 +282,13 @@ class FrozenPosterior(Predictor):
         return event if pyopencl is None else pyopencl.Event.from_int_ptr(event, retain=False)
 
     def _fitted(self):
-        return self._core, self._n_features
+        return self._core
+
+    def _is_fitted(self):
+        return True
+
+    def _predict_joint(self, X, of_observation):
+        raise RuntimeError("return_cov needs the model; this is a posterior that was frozen from one")
 
     def _are_labels(self):
         return self._labels

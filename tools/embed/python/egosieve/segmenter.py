@@ -1,72 +1,84 @@
 """The segmenter: frames of one moving camera in, maps of what moves by itself out."""
 
+from ctypes import c_int32, c_int64, pointer
 from typing import NamedTuple
 
 import numpy as np
 
-from ._segmenter import Session
+from ._library import FrameReport as _Report
+from ._library import Handle, Library, Map, SegmenterOptions, choice, encoded, image, written
+
+_PROFILES = ("default", "paper", "fast")
+
+_vision = Library("egosieve_vision", """
+segmenter_create(SegmenterOptions* options, void** segmenter)
+segmenter_load(char* path, char* device, void** segmenter)
+segmenter_free(void* segmenter)
+segmenter_grid_size(void* segmenter, int32 width, int32 height, int64* rows, int64* columns)
+segmenter_frame_count(void* segmenter, int64* frames)
+segmenter_waiting(void* segmenter, int64* frames, int32* width, int32* height)
+segmenter_finish(void* segmenter, Map* map, FrameReport* report)
+segmenter_process(void* segmenter, Image* image, double time_seconds, Map* map, FrameReport* report)
+segmenter_save(void* segmenter, char* path)
+""")  # fmt: skip
+
+
+class _Session(Handle):
+    _library, _prefix = _vision, "segmenter_"
 
 
 class FrameReport(NamedTuple):
-    """The account of one frame."""
+    """The account of one frame.
+
+    `frame` counts from 0. `learnt` tells whether the model learnt from this frame, `reason` why it did not. `matches`
+    are those with the frame that it was paired with, `inliers` those of the camera's motion. `static_labels` are
+    features that move with the scene, `dynamic_labels` those that do not. `model_size` is in points,
+    `dynamic_share` the share of the map with probability 1/2 or more, `milliseconds` the time spent.
+    """
 
     frame: int
-    """From 0."""
     learnt: bool
-    """The model learnt from this frame."""
     reason: str
-    """Why it did not; empty where it did."""
     matches: int
-    """Between this frame and the one that it was paired with."""
     inliers: int
-    """Of the camera's motion."""
     static_labels: int
-    """Features that move with the scene."""
     dynamic_labels: int
-    """Features that do not."""
     model_size: int
-    """Points in the model."""
     dynamic_share: float
-    """Of the map, probability 1/2 or more."""
     milliseconds: float
-    """Spent on this frame."""
 
 
 class MovingObject(NamedTuple):
-    """A region of the map that is likely to move, and somewhere surely does."""
+    """A region of the map that is likely to move, and somewhere surely does.
+
+    `number` is that in SegmentationMap.objects; `left` and `top` are its first column and row in the map, `width` and
+    `height` its columns and rows. It has so many `places`; `peak` and `mean` are of their probabilities.
+    """
 
     number: int
-    """In SegmentationMap.objects."""
     left: int
-    """Its first column in the map."""
     top: int
-    """Its first row."""
     width: int
-    """Columns."""
     height: int
-    """Rows."""
     places: int
-    """Of the map."""
     peak: float
-    """The largest of its probabilities."""
     mean: float
-    """Their mean."""
 
 
 class SegmentationMap(NamedTuple):
-    """The map of one frame: arrays of rows by columns of the grid or of the frame's pixels, float32 but for the last."""
+    """The map of one frame: arrays of rows by columns of the grid or of the frame's pixels, float32 but for the last.
+
+    `probability` is that of belonging to something that moves; `mean` and `deviation` are those of the latent
+    function, -1 static, 1 moving: the deviation is large where nothing like it was seen. `report` tells what was seen
+    and learnt. `objects`, int32, holds the number of the object that a place belongs to, from 1, in each frame anew;
+    0: none. Objects are regions with a probability of 0.25 and more and somewhere of 0.8 and more.
+    """
 
     probability: np.ndarray
-    """Of belonging to something that moves."""
     mean: np.ndarray
-    """Of the latent function, -1 static, 1 moving."""
     deviation: np.ndarray
-    """Its standard deviation: large where nothing like it was seen."""
     report: FrameReport
-    """What was seen and learnt."""
     objects: np.ndarray
-    """int32: the number of the object that a place belongs to, from 1, in each frame anew; 0: none. Objects are regions
-    with a probability of 0.25 and more and somewhere of 0.8 and more."""
 
     @property
     def mask(self):
@@ -128,10 +140,14 @@ class Segmenter:
 
     def __init__(self, profile="default", *, stride=5, budget=0, seed=1, lag=0, focal_ratio=0.0, ignore=None,
                  device=None):  # fmt: skip
+        options = {"stride": stride, "budget": budget, "seed": seed, "lag": lag, "focal_ratio": focal_ratio}
         if ignore is not None:
             ignore = np.asarray(ignore)
             ignore = ignore.astype(np.uint8) if ignore.dtype == bool else ignore
-        self._session = Session(profile, stride, budget, seed, lag, ignore, focal_ratio, device)
+            options["ignore"] = pointer(image("ignore", ignore))
+        self._session = _Session(_vision.make("segmenter_create", _vision.new(
+            SegmenterOptions, profile=choice("profile", profile, _PROFILES), device=encoded(device), **options,
+        ), not_found=ValueError))  # fmt: skip
 
     def process(self, frame, time_seconds=None, *, order="bgr", full=False):
         """Learns from the next frame and gives its map.
@@ -151,19 +167,17 @@ class Segmenter:
         SegmentationMap
             With a lag that of the frame so far before; None while there is none.
         """
-        frame, time_seconds = self._arguments(frame, time_seconds)
-        arrays = self._arrays(*frame.shape[:2], full)
-        report = self._session.process(frame, order, time_seconds, arrays)
-        return self._map(arrays, report)
+        frame, time_seconds = self._arguments(frame, time_seconds, order)
+        return self._map("process", frame, time_seconds, shape=(frame.height, frame.width), full=full)
 
     def finish(self, *, full=False):
         """With a lag, the SegmentationMaps of the last frames, which have no later ones: an iterator."""
         while True:
-            count, width, height = self._session.waiting()
-            if count == 0:
+            count, width, height = c_int64(), c_int32(), c_int32()
+            self._session.call("waiting", count, width, height)
+            if count.value == 0:
                 return
-            arrays = self._arrays(height, width, full)
-            yield self._map(arrays, self._session.finish(arrays))
+            yield self._map("finish", shape=(height.value, width.value), full=full)
 
     def process_all(self, frames, *, order="bgr", full=False):
         """The SegmentationMap of every frame of an iterable: an iterator."""
@@ -175,41 +189,44 @@ class Segmenter:
 
     def learn(self, frame, time_seconds=None, *, order="bgr"):
         """Learns from the next frame without a map, which is cheaper; gives the FrameReport, or as process None."""
-        frame, time_seconds = self._arguments(frame, time_seconds)
-        report = self._session.process(frame, order, time_seconds, None)
-        return None if report is None else FrameReport(**report)
+        return self._report("process", *self._arguments(frame, time_seconds, order), None)
 
     def grid_size(self, width, height):
         """(rows, columns) of the maps of frames of this size."""
-        return self._session.grid_size(width, height)
+        rows, columns = c_int64(), c_int64()
+        self._session.call("grid_size", width, height, rows, columns)
+        return rows.value, columns.value
 
     def save(self, path):
         """Writes all that the next frame needs into a file, whole or not at all.
 
         This segmenter and the loaded one continue with identical results.
         """
-        self._session.save(str(path))
+        self._session.call("save", encoded(path))
 
     @classmethod
     def load(cls, path, device=None):
         """Reads what save wrote."""
         segmenter = cls.__new__(cls)
-        segmenter._session = Session.load(str(path), device)
+        segmenter._session = _Session(_vision.make("segmenter_load", encoded(path), encoded(device)))
         return segmenter
 
-    def _arrays(self, height, width, full):
-        shape = (height, width) if full else self.grid_size(width, height)
-        return {name: np.empty(shape, dtype=np.float32) for name in ("probability", "mean", "deviation", "objects")}
+    def _report(self, call, *arguments):
+        report = _vision.new(_Report)
+        self._session.call(call, *arguments, report)
+        account = {name: getattr(report, name) for name in FrameReport._fields}
+        account.update(learnt=bool(report.learnt), reason=report.reason.decode(errors="replace"))
+        return None if report.frame < 0 else FrameReport(**account)
 
-    @staticmethod
-    def _map(arrays, report):
-        if report is None:
-            return None
-        arrays["objects"] = arrays["objects"].astype(np.int32)
-        return SegmentationMap(report=FrameReport(**report), **arrays)
+    def _map(self, call, *arguments, shape, full):
+        shape = shape if full else self.grid_size(*shape[::-1])
+        arrays = {name: np.empty(shape, dtype=np.float32) for name in ("probability", "mean", "deviation", "objects")}
+        wishes = _vision.new(Map, **{name: written(name, array) for name, array in arrays.items()})
+        report = self._report(call, *arguments, wishes)
+        arrays["objects"] = arrays["objects"].astype(np.int32) if report else None
+        return None if report is None else SegmentationMap(report=report, **arrays)
 
-    def _arguments(self, frame, time_seconds):
-        frame = np.asarray(frame)
-        if frame.ndim < 2:
-            raise ValueError(f"frame has shape {frame.shape}; it must be height x width, or height x width x 3")
-        return frame, 0.1 * self._session.frame_count() if time_seconds is None else float(time_seconds)
+    def _arguments(self, frame, time_seconds, order="bgr"):
+        count = c_int64()
+        self._session.call("frame_count", count)
+        return image("frame", np.asarray(frame), order), 0.1 * count.value if time_seconds is None else float(time_seconds)
