@@ -13,6 +13,7 @@
 #include "gp/linalg/incremental_cholesky.h"
 #include "gtest/gtest.h"
 #include "tests/gp/linalg/random_matrices.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -88,13 +89,11 @@ TEST(Digits, ThreesAgainstFives) {
   ASSERT_EQ(testing.targets.size(), 182u);
   const Fit fit = FitRegression(training);
   const std::vector<double> alpha(fit.alpha.data(), fit.alpha.data() + fit.alpha.size());
-  const auto left_out = ComputeLeaveOneOut(fit.factor, training.targets, alpha);
-  ASSERT_TRUE(left_out.ok()) << left_out.status();
+  const auto left_out = Value(ComputeLeaveOneOut(fit.factor, training.targets, alpha));
   std::vector<double> labels;
   for (const double y : training.targets) labels.push_back(y > 0.0 ? 1.0 : 0.0);
-  const auto squash = FitSquash(left_out->mean, left_out->LatentVariance(fit.noise * fit.noise),
-                                labels, {1.0, 0.0});
-  ASSERT_TRUE(squash.ok()) << squash.status();
+  const auto squash = Value(
+      FitSquash(left_out.mean, left_out.LatentVariance(fit.noise * fit.noise), labels, {1.0, 0.0}));
 
   const RowMatrix cross = Covariance(testing.pixels, training.pixels, fit.length, fit.signal);
   RowMatrix half = cross.transpose();
@@ -104,7 +103,7 @@ TEST(Digits, ThreesAgainstFives) {
   double information = 0.0;
   for (int64_t i = 0; i < mean.rows(); ++i) {
     const double variance = fit.signal * fit.signal - half.col(i).squaredNorm();
-    const double p = squash->parameters.Probability(mean(i, 0), std::max(0.0, variance));
+    const double p = squash.parameters.Probability(mean(i, 0), std::max(0.0, variance));
     const bool is_three = testing.targets[i] > 0.0;
     errors += (p > 0.5) != is_three;
     information += 1.0 + std::log2(is_three ? p : 1.0 - p);

@@ -8,6 +8,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -53,25 +54,24 @@ TEST(FitSquash, FindsTheMaximum) {
   const Sample sample = DrawSample(4000, 7);
   SquashFitOptions options;
   options.log_a_prior_stddev = std::numeric_limits<double>::infinity();
-  const auto fit = FitSquash(sample.means, sample.variances, sample.labels, {1.0, 0.0}, options);
-  ASSERT_TRUE(fit.ok()) << fit.status();
-  EXPECT_FALSE(fit->at_bound);
+  const auto fit =
+      Value(FitSquash(sample.means, sample.variances, sample.labels, {1.0, 0.0}, options));
+  EXPECT_FALSE(fit.at_bound);
   // Standard errors of a and b over 4000 points are about 0.1 and 0.05.
-  EXPECT_NEAR(fit->parameters.a, 2.5, 0.4);
-  EXPECT_NEAR(fit->parameters.b, -0.4, 0.2);
+  EXPECT_NEAR(fit.parameters.a, 2.5, 0.4);
+  EXPECT_NEAR(fit.parameters.b, -0.4, 0.2);
   for (const double da : {-1e-3, 0.0, 1e-3}) {
     for (const double db : {-1e-3, 0.0, 1e-3}) {
-      const SquashParameters near{fit->parameters.a + da, fit->parameters.b + db};
+      const SquashParameters near{fit.parameters.a + da, fit.parameters.b + db};
       // Newton's last step is under 1e-10: the value is the maximum to rounding of 4000 terms.
       EXPECT_LE(SquashLogLikelihood(near, sample.means, sample.variances, sample.labels),
-                fit->log_likelihood + 1e-9);
+                fit.log_likelihood + 1e-9);
     }
   }
   const auto from_afar =
-      FitSquash(sample.means, sample.variances, sample.labels, {9.0, 4.0}, options);
-  ASSERT_TRUE(from_afar.ok());
-  EXPECT_NEAR(from_afar->parameters.a, fit->parameters.a, 1e-6);
-  EXPECT_NEAR(from_afar->parameters.b, fit->parameters.b, 1e-6);
+      Value(FitSquash(sample.means, sample.variances, sample.labels, {9.0, 4.0}, options));
+  EXPECT_NEAR(from_afar.parameters.a, fit.parameters.a, 1e-6);
+  EXPECT_NEAR(from_afar.parameters.b, fit.parameters.b, 1e-6);
 }
 
 TEST(FitSquash, SoftLabelsWeightBothClasses) {
@@ -95,23 +95,19 @@ TEST(FitSquash, SeparableDataAndOneClassStayInBounds) {
   const std::vector<double> variances(100, 0.01);
   SquashFitOptions options;
   options.log_a_prior_stddev = std::numeric_limits<double>::infinity();
-  const auto separable = FitSquash(means, variances, labels, {1.0, 0.0}, options);
-  ASSERT_TRUE(separable.ok());
-  EXPECT_DOUBLE_EQ(separable->parameters.a, 10.0);
-  EXPECT_TRUE(separable->at_bound);
+  const auto separable = Value(FitSquash(means, variances, labels, {1.0, 0.0}, options));
+  EXPECT_DOUBLE_EQ(separable.parameters.a, 10.0);
+  EXPECT_TRUE(separable.at_bound);
   const auto one_class =
-      FitSquash(means, variances, std::vector<double>(100, 1.0), {1.0, 0.0}, options);
-  ASSERT_TRUE(one_class.ok());
-  EXPECT_GE(one_class->parameters.a, 0.3);
-  EXPECT_LE(std::abs(one_class->parameters.b), 5.0);
+      Value(FitSquash(means, variances, std::vector<double>(100, 1.0), {1.0, 0.0}, options));
+  EXPECT_GE(one_class.parameters.a, 0.3);
+  EXPECT_LE(std::abs(one_class.parameters.b), 5.0);
   // Means that speak against their labels: a stays positive.
   for (double& label : labels) label = 1.0 - label;
-  const auto reversed = FitSquash(means, variances, labels, {1.0, 0.0}, options);
-  ASSERT_TRUE(reversed.ok());
-  EXPECT_DOUBLE_EQ(reversed->parameters.a, 0.3);
-  const auto nothing = FitSquash({}, {}, {}, {50.0, 0.0});
-  ASSERT_TRUE(nothing.ok());
-  EXPECT_DOUBLE_EQ(nothing->parameters.a, 10.0);
+  const auto reversed = Value(FitSquash(means, variances, labels, {1.0, 0.0}, options));
+  EXPECT_DOUBLE_EQ(reversed.parameters.a, 0.3);
+  const auto nothing = Value(FitSquash({}, {}, {}, {50.0, 0.0}));
+  EXPECT_DOUBLE_EQ(nothing.parameters.a, 10.0);
 }
 
 // The curvature in log a is 1e-26, far below what is added to keep the determinant from zero; a
@@ -121,16 +117,15 @@ TEST(FitSquash, AWeakSignalIsFollowedUphill) {
   options.log_a_prior_stddev = std::numeric_limits<double>::infinity();
   const std::vector<double> variances(4, 0.0), labels = {0.0, 0.0, 1.0, 1.0};
   const auto fit =
-      FitSquash({-1e-13, -1e-13, 1e-13, 1e-13}, variances, labels, {1.0, 0.0}, options);
-  ASSERT_TRUE(fit.ok()) << fit.status();
-  EXPECT_DOUBLE_EQ(fit->parameters.a, 10.0);
+      Value(FitSquash({-1e-13, -1e-13, 1e-13, 1e-13}, variances, labels, {1.0, 0.0}, options));
+  EXPECT_DOUBLE_EQ(fit.parameters.a, 10.0);
 }
 
 TEST(FitSquash, RefusesBadArguments) {
   const auto message = [](std::vector<double> means, std::vector<double> variances,
                           std::vector<double> labels, SquashFitOptions options = {}) {
     const auto fit = FitSquash(means, variances, labels, {1.0, 0.0}, options);
-    EXPECT_EQ(fit.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(fit, IsInvalid());
     return std::string(fit.status().message());
   };
   EXPECT_THAT(message({0.0}, {1.0}, {}), HasSubstr("sizes"));
@@ -151,9 +146,8 @@ TEST(FitSquash, RefusesAStartThatIsNoParameters) {
   for (const SquashParameters& start :
        {SquashParameters{nan, 0.0}, SquashParameters{1.0, nan}, SquashParameters{infinity, 0.0},
         SquashParameters{0.0, 0.0}, SquashParameters{1.0, -infinity}}) {
-    const auto fit = FitSquash(sample.means, sample.variances, sample.labels, start);
-    EXPECT_EQ(fit.status().code(), absl::StatusCode::kInvalidArgument);
-    EXPECT_THAT(std::string(fit.status().message()), HasSubstr("start"));
+    EXPECT_THAT(FitSquash(sample.means, sample.variances, sample.labels, start),
+                IsInvalid("start"));
   }
 }
 

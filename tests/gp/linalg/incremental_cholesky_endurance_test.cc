@@ -49,8 +49,7 @@ class Endurance {
       for (size_t j = 0; j < points_.size(); ++j) below(i, j) = gram_(fresh[i], points_[j]);
       for (int64_t j = 0; j < count; ++j) corner(i, j) = gram_(fresh[i], fresh[j]);
     }
-    const absl::Status status = cholesky_.Append(ViewOf(below), ViewOf(corner));
-    ASSERT_TRUE(status.ok()) << status;
+    ASSERT_EQ(cholesky_.Append(ViewOf(below), ViewOf(corner)), absl::OkStatus());
     points_.insert(points_.end(), fresh.begin(), fresh.end());
   }
 

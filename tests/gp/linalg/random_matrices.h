@@ -20,6 +20,8 @@ namespace egosieve::gp {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+using NarrowMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 inline kernels::MatrixView<double> ViewOf(RowMatrix& m) { return {m.data(), m.rows(), m.cols()}; }
 inline kernels::ConstMatrixView<double> ViewOf(const RowMatrix& m) {
   return {m.data(), m.rows(), m.cols()};
@@ -86,6 +88,12 @@ inline RowMatrix Select(const RowMatrix& k, const std::vector<int64_t>& rows) {
     for (int64_t j = 0; j < n; ++j) out(i, j) = k(rows[i], rows[j]);
   }
   return out;
+}
+
+// f'(0) by the five-point rule with steps of h: off by h^4 / 30 times the fifth derivative.
+template <typename F>
+double FivePointSlope(const F& f, double h) {
+  return (f(-2.0 * h) - 8.0 * f(-h) + 8.0 * f(h) - f(2.0 * h)) / (12.0 * h);
 }
 
 // |L L^T - K|_F in units of `order` eps |K|_F, order being the size of the largest matrix that L

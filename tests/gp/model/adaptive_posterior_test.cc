@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "gp/model/sparse_model.h"
 #include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -53,8 +53,7 @@ void AddSine(double offset, double scale, Model& model) {
   const RowMatrix x = RandomPoints(kPoints, kDimension, generator);
   std::vector<double> y;
   for (int64_t i = 0; i < kPoints; ++i) y.push_back(offset + scale * std::sin(3.0 * x(i, 0)));
-  const absl::Status status = model.AddTargets(ViewOf(x), y, 0);
-  ASSERT_TRUE(status.ok()) << status;
+  ASSERT_EQ(model.AddTargets(ViewOf(x), y, 0), absl::OkStatus());
 }
 
 RowMatrix Queries() {
@@ -96,28 +95,26 @@ class ErrorOfFloat32 : public testing::TestWithParam<std::string> {};
 TEST_P(ErrorOfFloat32, IsWithinItsBound) {
   if (!IsFloat32()) GTEST_SKIP() << "the reference is in float64";
   const Hyperparameters theta = ThetaOf(GetParam(), 0.05);
-  auto exact = ExactModel::Create(TestContext(), theta);
+  auto exact = Value(ExactModel::Create(TestContext(), theta));
   SparseModelOptions options;
   options.inducing_points = 40;
-  auto sparse = SparseModel::Create(TestContext(), theta, options);
-  ASSERT_TRUE(exact.ok() && sparse.ok());
-  AddSine(0.0, 1.0, *exact);
-  AddSine(0.0, 1.0, *sparse);
+  auto sparse = Value(SparseModel::Create(TestContext(), theta, options));
+  AddSine(0.0, 1.0, exact);
+  AddSine(0.0, 1.0, sparse);
   const RowMatrix queries = Queries();
   const auto expect_bounded = [&](const AdaptivePosterior& posterior) {
-    const auto error = posterior.Error(/*with_variance=*/true);
-    ASSERT_TRUE(error.ok()) << error.status();
+    const auto error = Value(posterior.Error(/*with_variance=*/true));
     const Results wide = Evaluate(posterior.in_float64(), ViewOf(queries));
     const NarrowResults narrow = Evaluate(posterior.in_float32(), ViewOf(queries));
     std::vector<double> factors(kQueries, 1.0);
-    ExpectBounded(narrow.mean, wide.mean, error->mean, factors);
+    ExpectBounded(narrow.mean, wide.mean, error.mean, factors);
     for (int64_t i = 0; i < kQueries; ++i) {
-      factors[i] = std::max(1.0, std::sqrt(wide.variance[i]) / error->deviation);
+      factors[i] = std::max(1.0, std::sqrt(wide.variance[i]) / error.deviation);
     }
-    ExpectBounded(narrow.variance, wide.variance, error->variance, factors);
+    ExpectBounded(narrow.variance, wide.variance, error.variance, factors);
   };
-  expect_bounded(PosteriorOf(*exact));
-  expect_bounded(PosteriorOf(*sparse));
+  expect_bounded(PosteriorOf(exact));
+  expect_bounded(PosteriorOf(sparse));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ErrorOfFloat32,
@@ -130,18 +127,16 @@ INSTANTIATE_TEST_SUITE_P(All, ErrorOfFloat32,
 TEST(AdaptivePosterior, FindsTheVariancesThatFloat32Loses) {
   if (!IsFloat32()) GTEST_SKIP() << "the reference is in float64";
   for (const char* text : {"squared_exponential", "linear + constant"}) {
-    auto model = ExactModel::Create(TestContext(), ThetaOf(text, 1e-3));
-    ASSERT_TRUE(model.ok());
-    AddSine(0.0, 1.0, *model);
-    const AdaptivePosterior posterior = PosteriorOf(*model);
-    const auto error = posterior.Error(/*with_variance=*/true);
-    ASSERT_TRUE(error.ok());
+    auto model = Value(ExactModel::Create(TestContext(), ThetaOf(text, 1e-3)));
+    AddSine(0.0, 1.0, model);
+    const AdaptivePosterior posterior = PosteriorOf(model);
+    const auto error = Value(posterior.Error(/*with_variance=*/true));
     RowMatrix queries = Queries();
     queries.bottomRows(100).array() *= 1000.0;  // where the linear function is large
     const Results wide = Evaluate(posterior.in_float64(), ViewOf(queries));
     const NarrowResults narrow = Evaluate(posterior.in_float32(), ViewOf(queries));
     std::vector<int64_t> rows;
-    posterior.FindInsufficient(*error, ViewOf(std::as_const(queries)), narrow.variance.data(), 0,
+    posterior.FindInsufficient(error, ViewOf(std::as_const(queries)), narrow.variance.data(), 0,
                                rows);
     size_t next = 0;
     int64_t lost = 0;
@@ -189,46 +184,40 @@ TEST(AdaptivePosterior, DoesNotKnowTheErrorOfClampedVariances) {
   Hyperparameters theta = DefaultHyperparameters(
       *CovarianceFunction::Parse("squared_exponential + linear"), /*dimension=*/1);
   theta.noise_stddev = 3.75e-4;
-  auto model = ExactModel::Create(TestContext(), theta);
-  ASSERT_TRUE(model.ok());
+  auto model = Value(ExactModel::Create(TestContext(), theta));
   RowMatrix x(231, 1);
   std::vector<double> y;
   for (int64_t i = 0; i < x.rows(); ++i) {
     x(i, 0) = static_cast<double>(i) / 115.0 - 1.0;
     y.push_back(std::sin(3.0 * x(i, 0)));
   }
-  ASSERT_TRUE(model->AddTargets(ViewOf(x), y, 0).ok());
-  const AdaptivePosterior posterior = PosteriorOf(*model);
-  const auto error = posterior.Error(/*with_variance=*/true);
-  ASSERT_TRUE(error.ok());
-  EXPECT_TRUE(std::isinf(error->variance));
+  ASSERT_TRUE(model.AddTargets(ViewOf(x), y, 0).ok());
+  const AdaptivePosterior posterior = PosteriorOf(model);
+  const auto error = Value(posterior.Error(/*with_variance=*/true));
+  EXPECT_TRUE(std::isinf(error.variance));
   const RowMatrix query = RowMatrix::Constant(1, 1, 3.05);
   const float variance = Evaluate(posterior.in_float32(), ViewOf(query)).variance[0];
   std::vector<int64_t> rows;
-  posterior.FindInsufficient(*error, ViewOf(query), &variance, 5, rows);
+  posterior.FindInsufficient(error, ViewOf(query), &variance, 5, rows);
   EXPECT_EQ(rows, std::vector<int64_t>{5});
 }
 
 TEST(AdaptivePosterior, KnowsTheMeansThatFloat32Loses) {
   for (const auto& [offset, scale, suffices] :
        {std::tuple(0.0, 1.0, true), std::tuple(5e6, 1.0, false), std::tuple(0.0, 1e-4, true)}) {
-    auto model = ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1));
-    ASSERT_TRUE(model.ok());
-    AddSine(offset, scale, *model);
-    const auto error = PosteriorOf(*model).Error(/*with_variance=*/false);
-    ASSERT_TRUE(error.ok());
-    EXPECT_EQ(error->SufficesForMeans(), suffices) << offset << " " << error->mean;
-    EXPECT_NEAR(error->deviation, 0.05, 0.04);
+    auto model = Value(ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1)));
+    AddSine(offset, scale, model);
+    const auto error = Value(PosteriorOf(model).Error(/*with_variance=*/false));
+    EXPECT_EQ(error.SufficesForMeans(), suffices) << offset << " " << error.mean;
+    EXPECT_NEAR(error.deviation, 0.05, 0.04);
   }
 }
 
 TEST(AdaptivePosterior, OfAModelWithoutPointsIsThePrior) {
-  auto model = ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1));
-  ASSERT_TRUE(model.ok());
-  const AdaptivePosterior posterior = PosteriorOf(*model);
-  const auto error = posterior.Error(/*with_variance=*/true);
-  ASSERT_TRUE(error.ok());
-  EXPECT_TRUE(error->SufficesForMeans());
+  auto model = Value(ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1)));
+  const AdaptivePosterior posterior = PosteriorOf(model);
+  const auto error = Value(posterior.Error(/*with_variance=*/true));
+  EXPECT_TRUE(error.SufficesForMeans());
   const RowMatrix queries = Queries();
   const Results results = Evaluate(posterior.in_float64(), ViewOf(queries));
   EXPECT_EQ(results.mean, std::vector<double>(kQueries, 0.0));
@@ -237,13 +226,12 @@ TEST(AdaptivePosterior, OfAModelWithoutPointsIsThePrior) {
 
 template <typename Model>
 void ExpectIndependentOfOthers(const Model& model) {
-  const auto posterior = model.MakeFloat64Posterior();
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const auto posterior = Value(model.MakeFloat64Posterior());
   const RowMatrix queries = Queries();
   const kernels::ConstMatrixView<double> all = ViewOf(queries);
-  const Results together = Evaluate(**posterior, all);
+  const Results together = Evaluate(*posterior, all);
   for (const auto& [begin, end] : {std::pair<int64_t, int64_t>{3, 4}, {509, 516}, {1, 600}}) {
-    const Results alone = Evaluate(**posterior, all.rows_between(begin, end));
+    const Results alone = Evaluate(*posterior, all.rows_between(begin, end));
     for (int64_t i = begin; i < end; ++i) {
       ASSERT_EQ(alone.mean[i - begin], together.mean[i]) << i;
       ASSERT_EQ(alone.variance[i - begin], together.variance[i]) << i;
@@ -252,39 +240,36 @@ void ExpectIndependentOfOthers(const Model& model) {
 }
 
 TEST(Float64Posterior, GivesAQueryTheSameBitsInAnyTile) {
-  auto exact = ExactModel::Create(TestContext(), ThetaOf("matern52", 0.01));
-  auto sparse = SparseModel::Create(TestContext(), ThetaOf("matern52", 0.01));
-  ASSERT_TRUE(exact.ok() && sparse.ok());
-  AddSine(1.0, 1.0, *exact);
-  AddSine(1.0, 1.0, *sparse);
-  ExpectIndependentOfOthers(*exact);
-  ExpectIndependentOfOthers(*sparse);
+  auto exact = Value(ExactModel::Create(TestContext(), ThetaOf("matern52", 0.01)));
+  auto sparse = Value(SparseModel::Create(TestContext(), ThetaOf("matern52", 0.01)));
+  AddSine(1.0, 1.0, exact);
+  AddSine(1.0, 1.0, sparse);
+  ExpectIndependentOfOthers(exact);
+  ExpectIndependentOfOthers(sparse);
 }
 
 // The two factors of (SP5) against the one of the posterior's form.
 TEST(Float64Posterior, OfASparseModelIsTheModels) {
   SparseModelOptions options;
   options.inducing_points = 30;
-  auto model = SparseModel::Create(TestContext(), ThetaOf("squared_exponential", 0.05), options);
-  ASSERT_TRUE(model.ok());
-  AddSine(1.0, 1.0, *model);
+  auto model =
+      Value(SparseModel::Create(TestContext(), ThetaOf("squared_exponential", 0.05), options));
+  AddSine(1.0, 1.0, model);
   const RowMatrix queries = Queries();
-  const auto expected = model->Predict(ViewOf(queries), PredictWhat::kMeanAndVariance);
-  ASSERT_TRUE(expected.ok());
-  const Results found = Evaluate(**model->MakeFloat64Posterior(), ViewOf(queries));
+  const auto expected = Value(model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance));
+  const Results found = Evaluate(**model.MakeFloat64Posterior(), ViewOf(queries));
   for (int64_t i = 0; i < kQueries; ++i) {
-    EXPECT_NEAR(found.mean[i], expected->mean[i], 1e-9);
-    EXPECT_NEAR(found.variance[i], expected->variance[i], 1e-9);
+    EXPECT_NEAR(found.mean[i], expected.mean[i], 1e-9);
+    EXPECT_NEAR(found.variance[i], expected.variance[i], 1e-9);
   }
 }
 
 TEST(Float64Posterior, StaysAsItWasWhileTheModelChanges) {
-  auto model = ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1));
-  ASSERT_TRUE(model.ok());
-  AddSine(0.0, 1.0, *model);
+  auto model = Value(ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1)));
+  AddSine(0.0, 1.0, model);
   const RowMatrix one = RowMatrix::Constant(1, kDimension, 0.1);
-  ASSERT_TRUE(model->AddTargets(ViewOf(one), {2.0}, 0).ok());  // with memory for more
-  const auto posterior = *model->MakeFloat64Posterior();
+  ASSERT_TRUE(model.AddTargets(ViewOf(one), {2.0}, 0).ok());  // with memory for more
+  const auto posterior = *model.MakeFloat64Posterior();
   const RowMatrix queries = Queries();
   const Results before = Evaluate(*posterior, ViewOf(queries));
   const auto expect_unchanged = [&](const char* after) {
@@ -292,13 +277,13 @@ TEST(Float64Posterior, StaysAsItWasWhileTheModelChanges) {
     EXPECT_EQ(now.mean, before.mean) << after;
     EXPECT_EQ(now.variance, before.variance) << after;
   };
-  ASSERT_TRUE(model->AddTargets(ViewOf(one), {2.0}, 0).ok());
+  ASSERT_TRUE(model.AddTargets(ViewOf(one), {2.0}, 0).ok());
   expect_unchanged("Add");
-  ASSERT_TRUE(model->Remove({kPoints - 3, kPoints - 1}).ok());
+  ASSERT_TRUE(model.Remove({kPoints - 3, kPoints - 1}).ok());
   expect_unchanged("Remove");
-  ASSERT_TRUE(model->AddTargets(ViewOf(one), {2.0}, 0).ok());
+  ASSERT_TRUE(model.AddTargets(ViewOf(one), {2.0}, 0).ok());
   expect_unchanged("Add after Remove");
-  ASSERT_TRUE(model->SetHyperparameters(ThetaOf("matern32", 0.2)).ok());
+  ASSERT_TRUE(model.SetHyperparameters(ThetaOf("matern32", 0.2)).ok());
   expect_unchanged("SetHyperparameters");
 }
 

@@ -6,6 +6,7 @@
 #include "gp/model/exact_model.h"
 #include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -15,19 +16,15 @@ TEST(PosteriorThreads, AnswersStayTheSameWhileTheModelLearns) {
   const LabelledPoints points = NoisyBlobs(300, 6, generator);
   const kernels::ConstMatrixView<double> x = ViewOf(points.inputs);
   const auto labels = absl::MakeConstSpan(points.labels);
-  auto model = ExactModel::Create(TestContext(),
-                                  DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, 6));
-  ASSERT_TRUE(model.ok());
-  ASSERT_TRUE(model->Add(x.rows_between(0, 150), labels.first(150), 0).ok());
-  const auto posterior = model->MakePosterior({1.5, 0.2});
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
-  const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> queries =
-      RandomPoints(500, 6, generator).cast<float>();
+  auto model = Value(ExactModel::Create(
+      TestContext(), DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, 6)));
+  ASSERT_TRUE(model.Add(x.rows_between(0, 150), labels.first(150), 0).ok());
+  const auto posterior = Value(model.MakePosterior({1.5, 0.2}));
+  const NarrowMatrix queries = RandomPoints(500, 6, generator).cast<float>();
   const auto evaluate = [&] {
     std::vector<float> values(1500);
-    const auto counts = (*posterior)
-                            ->Evaluate({queries.data(), 500, 6},
-                                       {values.data(), values.data() + 500, values.data() + 1000});
+    const auto counts = posterior->Evaluate(
+        {queries.data(), 500, 6}, {values.data(), values.data() + 500, values.data() + 1000});
     return counts.ok() ? values : std::vector<float>();
   };
   const std::vector<float> expected = evaluate();
@@ -40,8 +37,8 @@ TEST(PosteriorThreads, AnswersStayTheSameWhileTheModelLearns) {
     });
   }
   for (int64_t begin = 150; begin < 300; begin += 30) {
-    EXPECT_TRUE(model->Add(x.rows_between(begin, begin + 30), labels.subspan(begin, 30), 1).ok());
-    EXPECT_TRUE(model->Remove({0, 3, 17, 90}).ok());
+    EXPECT_TRUE(model.Add(x.rows_between(begin, begin + 30), labels.subspan(begin, 30), 1).ok());
+    EXPECT_TRUE(model.Remove({0, 3, 17, 90}).ok());
   }
   for (std::thread& reader : readers) reader.join();
   EXPECT_EQ(wrong, 0);

@@ -14,6 +14,7 @@
 #include "gtest/gtest.h"
 #include "kernels/ops/box_means.h"
 #include "tests/gp/learning_problems.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -47,40 +48,21 @@ Frame SampleFrame(const cv::Mat& image, const cv::Mat& mask, std::mt19937_64& ge
   }
   const kernels::ImageView view{image.data, image.cols, image.rows, 3,
                                 static_cast<ptrdiff_t>(image.step)};
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> descriptors(pixels.rows(),
-                                                                                    6);
-  const absl::Status status =
-      kernels::BoxMeansAt(*TestContext(), view, ViewOf(pixels), {},
-                          {descriptors.data(), descriptors.rows(), descriptors.cols()});
-  EXPECT_TRUE(status.ok()) << status;
+  NarrowMatrix descriptors(pixels.rows(), 6);
+  EXPECT_EQ(kernels::BoxMeansAt(*TestContext(), view, ViewOf(pixels), {},
+                                {descriptors.data(), descriptors.rows(), descriptors.cols()}),
+            absl::OkStatus());
   frame.inputs = descriptors.cast<double>();
   return frame;
 }
 
-double AreaUnderCurve(const std::vector<double>& scores, const double* truth) {
-  std::vector<size_t> order(scores.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return scores[a] < scores[b]; });
-  double rank_sum = 0.0, positives = 0.0;
-  for (size_t r = 0; r < order.size(); ++r) {
-    if (truth[order[r]] > 0.5) {
-      rank_sum += static_cast<double>(r) + 1.0;
-      ++positives;
-    }
-  }
-  const double negatives = static_cast<double>(scores.size()) - positives;
-  return (rank_sum - positives * (positives + 1.0) / 2.0) / (positives * negatives);
-}
-
 std::vector<double> Probabilities(const Prediction& prediction, const LeaveOneOut& left_out,
                                   const Hyperparameters& theta, const std::vector<double>& labels) {
-  const auto fit =
-      FitSquash(left_out.mean, left_out.LatentVariance(theta.noise_variance()), labels, {1.0, 0.0});
-  EXPECT_TRUE(fit.ok()) << fit.status();
+  const auto fit = Value(FitSquash(left_out.mean, left_out.LatentVariance(theta.noise_variance()),
+                                   labels, {1.0, 0.0}));
   std::vector<double> probabilities;
   for (size_t i = 0; i < prediction.mean.size(); ++i) {
-    probabilities.push_back(
-        fit->parameters.Probability(prediction.mean[i], prediction.variance[i]));
+    probabilities.push_back(fit.parameters.Probability(prediction.mean[i], prediction.variance[i]));
   }
   return probabilities;
 }
@@ -108,10 +90,9 @@ TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
 
   auto exact = ExactModel::Create(TestContext(), theta);
   ASSERT_TRUE(exact->Add(training, frame.labels, 0).ok());
-  const auto exact_prediction = exact->Predict(queries, PredictWhat::kMeanAndVariance);
-  ASSERT_TRUE(exact_prediction.ok());
+  const auto exact_prediction = Value(exact->Predict(queries, PredictWhat::kMeanAndVariance));
   const std::vector<double> expected =
-      Probabilities(*exact_prediction, *exact->PredictLeaveOneOut(), theta, frame.labels);
+      Probabilities(exact_prediction, *exact->PredictLeaveOneOut(), theta, frame.labels);
   const double area = AreaUnderCurve(expected, frame.truth.data() + kTraining);
   std::printf("exact: n = %d, AUC %.4f\n", static_cast<int>(kTraining), area);
 
@@ -126,13 +107,11 @@ TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
     SparseModelOptions options;
     options.approximation = c.approximation;
     options.inducing_points = c.inducing;
-    auto model = SparseModel::Create(TestContext(), theta, options);
-    ASSERT_TRUE(model.ok());
-    ASSERT_TRUE(model->Add(training, frame.labels, 0).ok());
-    const auto prediction = model->Predict(queries, PredictWhat::kMeanAndVariance);
-    ASSERT_TRUE(prediction.ok()) << prediction.status();
+    auto model = Value(SparseModel::Create(TestContext(), theta, options));
+    ASSERT_TRUE(model.Add(training, frame.labels, 0).ok());
+    const auto prediction = Value(model.Predict(queries, PredictWhat::kMeanAndVariance));
     const std::vector<double> found =
-        Probabilities(*prediction, model->PredictLeaveOneOut(), theta, frame.labels);
+        Probabilities(prediction, model.PredictLeaveOneOut(), theta, frame.labels);
     const std::vector<double> differences = SortedDifferences(found, expected);
     const double mean =
         std::accumulate(differences.begin(), differences.end(), 0.0) / differences.size();

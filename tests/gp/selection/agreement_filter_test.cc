@@ -1,11 +1,11 @@
 #include "gp/selection/agreement_filter.h"
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -28,12 +28,11 @@ TEST(AgreementFilter, UndecidedPointsPassBoth) {
 
 TEST(AgreementFilter, NothingAndNonsense) {
   EXPECT_THAT(*FilterByNovelty({}, {}), ElementsAre());
-  constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
-  EXPECT_EQ(FilterByNovelty({0.5}, {}).status().code(), kInvalid);
-  EXPECT_EQ(FilterByNovelty({1.5}, {0.5f}).status().code(), kInvalid);
-  EXPECT_EQ(FilterByConsistency({std::nan("")}, {0.5f}).status().code(), kInvalid);
-  EXPECT_EQ(FilterByConsistency({0.5}, {std::nanf("")}).status().code(), kInvalid);
-  EXPECT_EQ(FilterByConsistency({0.5}, {0.5f}, {-1.0}).status().code(), kInvalid);
+  EXPECT_THAT(FilterByNovelty({0.5}, {}), IsInvalid());
+  EXPECT_THAT(FilterByNovelty({1.5}, {0.5f}), IsInvalid());
+  EXPECT_THAT(FilterByConsistency({std::nan("")}, {0.5f}), IsInvalid());
+  EXPECT_THAT(FilterByConsistency({0.5}, {std::nanf("")}), IsInvalid());
+  EXPECT_THAT(FilterByConsistency({0.5}, {0.5f}, {-1.0}), IsInvalid());
 }
 
 }  // namespace

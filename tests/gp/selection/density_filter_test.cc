@@ -8,6 +8,7 @@
 
 #include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -34,13 +35,12 @@ TEST(DensityFilter, FollowsItsDefinition) {
       const LabelledPoints points = NoisyBlobs(n, 3, generator);
       std::vector<int64_t> order(n);
       std::iota(order.begin(), order.end(), int64_t{0});
-      const auto kept = FilterByDensity(ViewOf(points.inputs), points.labels, {radius});
-      ASSERT_TRUE(kept.ok()) << kept.status();
-      EXPECT_EQ(*kept, Definition(points.inputs, points.labels, radius, order));
+      const auto kept = Value(FilterByDensity(ViewOf(points.inputs), points.labels, {radius}));
+      EXPECT_EQ(kept, Definition(points.inputs, points.labels, radius, order));
       std::reverse(order.begin(), order.end());
-      const auto newest = FilterByDensity(ViewOf(points.inputs), points.labels, {radius}, order);
-      ASSERT_TRUE(newest.ok()) << newest.status();
-      EXPECT_EQ(*newest, Definition(points.inputs, points.labels, radius, order));
+      const auto newest =
+          Value(FilterByDensity(ViewOf(points.inputs), points.labels, {radius}, order));
+      EXPECT_EQ(newest, Definition(points.inputs, points.labels, radius, order));
     }
   }
 }
@@ -48,24 +48,21 @@ TEST(DensityFilter, FollowsItsDefinition) {
 TEST(DensityFilter, SingleAndDoublePrecisionAgree) {
   auto generator = TestGenerator();
   LabelledPoints points = NoisyBlobs(500, 6, generator);
-  const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> narrow =
-      points.inputs.cast<float>();
+  const NarrowMatrix narrow = points.inputs.cast<float>();
   points.inputs = narrow.cast<double>();
-  const auto wide = FilterByDensity(ViewOf(points.inputs), points.labels, {0.6});
-  const auto slim =
-      FilterByDensity(kernels::ConstMatrixView<float>(narrow.data(), 500, 6), points.labels, {0.6});
-  ASSERT_TRUE(wide.ok() && slim.ok());
-  EXPECT_EQ(*wide, *slim);
-  EXPECT_LT(wide->size(), 480u);
+  const auto wide = Value(FilterByDensity(ViewOf(points.inputs), points.labels, {0.6}));
+  const auto slim = Value(FilterByDensity(kernels::ConstMatrixView<float>(narrow.data(), 500, 6),
+                                          points.labels, {0.6}));
+  EXPECT_EQ(wide, slim);
+  EXPECT_LT(wide.size(), 480u);
 }
 
 TEST(DensityFilter, DuplicatesOfEachSideLeaveOneEach) {
   const RowMatrix x = RowMatrix::Constant(1000, 6, 0.25);
   std::vector<double> labels(1000, 0.0);
   labels[600] = 0.5;  // counts as high
-  const auto kept = FilterByDensity(ViewOf(x), labels, {1e-9});
-  ASSERT_TRUE(kept.ok()) << kept.status();
-  EXPECT_EQ(*kept, (std::vector<int64_t>{0, 600}));
+  const auto kept = Value(FilterByDensity(ViewOf(x), labels, {1e-9}));
+  EXPECT_EQ(kept, (std::vector<int64_t>{0, 600}));
 }
 
 TEST(DensityFilter, RefusesBadArguments) {

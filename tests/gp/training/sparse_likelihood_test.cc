@@ -1,13 +1,13 @@
 #include "gp/training/sparse_likelihood.h"
 
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
 #include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -37,10 +37,8 @@ struct Problem {
                         SparseObjective objective) const {
     SparseLikelihoodOptions options;
     options.objective = objective;
-    const auto likelihood = ComputeSparseLikelihood(*TestContext(), there, data(), ViewOf(u),
-                                                    LikelihoodOrder::kValueAndGradient, options);
-    EXPECT_TRUE(likelihood.ok()) << likelihood.status();
-    return likelihood.ok() ? *likelihood : MarginalLikelihood{};
+    return Value(ComputeSparseLikelihood(*TestContext(), there, data(), ViewOf(u),
+                                         LikelihoodOrder::kValueAndGradient, options));
   }
 };
 
@@ -54,17 +52,13 @@ TEST(SparseLikelihood, GradientsAreFiniteDifferences) {
       for (size_t t = 0; t < theta.size(); ++t) {
         // Five-point rule: h^4 / 30 times a fifth derivative of the value's size or so, and
         // eps cond(A) / h of it.
-        const double h = 1e-3, offsets[4] = {-2.0 * h, -h, h, 2.0 * h};
-        double values[4];
-        for (int i = 0; i < 4; ++i) {
+        const auto value = [&](double step) {
           std::vector<double> moved = theta;
-          moved[t] += offsets[i];
-          values[i] =
-              problem.At(*FromLogarithms(problem.theta, moved), problem.inducing, objective).value;
-        }
-        const double difference =
-            (values[0] - 8.0 * values[1] + 8.0 * values[2] - values[3]) / (12.0 * h);
-        EXPECT_NEAR(at.gradient[t], difference, 1e-7 * (1.0 + std::abs(at.value)))
+          moved[t] += step;
+          return problem.At(*FromLogarithms(problem.theta, moved), problem.inducing, objective)
+              .value;
+        };
+        EXPECT_NEAR(at.gradient[t], FivePointSlope(value, 1e-3), 1e-7 * (1.0 + std::abs(at.value)))
             << function << " theta_" << t;
       }
     }
@@ -73,31 +67,29 @@ TEST(SparseLikelihood, GradientsAreFiniteDifferences) {
 
 TEST(SparseLikelihood, IsTheExactOneWithAllPointsInducing) {
   const Problem problem("arcsine", 50, 1);
-  const auto exact = ComputeMarginalLikelihood(*TestContext(), problem.theta, problem.data(),
-                                               LikelihoodOrder::kValueAndGradient);
-  ASSERT_TRUE(exact.ok()) << exact.status();
+  const auto exact = Value(ComputeMarginalLikelihood(*TestContext(), problem.theta, problem.data(),
+                                                     LikelihoodOrder::kValueAndGradient));
   for (const SparseObjective objective : kBoth) {
     const MarginalLikelihood sparse = problem.At(problem.theta, problem.x, objective);
     // K_uu's jitter, 1e-6 sigma_n^2, moves Q by as much, and the trace by n 1e-6 / 2.
-    EXPECT_NEAR(sparse.value, exact->value, 1e-3);
-    for (size_t t = 0; t < exact->gradient.size(); ++t) {
-      EXPECT_NEAR(sparse.gradient[t], exact->gradient[t], 1e-2) << "theta_" << t;
+    EXPECT_NEAR(sparse.value, exact.value, 1e-3);
+    for (size_t t = 0; t < exact.gradient.size(); ++t) {
+      EXPECT_NEAR(sparse.gradient[t], exact.gradient[t], 1e-2) << "theta_" << t;
     }
   }
 }
 
 TEST(SparseLikelihood, VfeIsABoundThatInducingInputsTighten) {
   const Problem problem("squared_exponential", 80, 12);
-  const auto exact = ComputeMarginalLikelihood(*TestContext(), problem.theta, problem.data(),
-                                               LikelihoodOrder::kValue);
-  ASSERT_TRUE(exact.ok());
+  const auto exact = Value(ComputeMarginalLikelihood(*TestContext(), problem.theta, problem.data(),
+                                                     LikelihoodOrder::kValue));
   double before = -INFINITY;
   for (int64_t m = 1; m <= 12; ++m) {
     const RowMatrix u = problem.inducing.topRows(m);
     const double bound = problem.At(problem.theta, u, SparseObjective::kVfe).value;
     // Titsias (2009): more inducing inputs never loosen the bound; the jitter is 1e-6 of the noise.
     EXPECT_GE(bound, before - 1e-3);
-    EXPECT_LE(bound, exact->value + 1e-3);
+    EXPECT_LE(bound, exact.value + 1e-3);
     before = bound;
   }
 }
@@ -106,12 +98,11 @@ TEST(SparseLikelihood, FitcIsTheModelsOwn) {
   const Problem problem("matern52", 70, 10);
   SparseModelOptions options;
   options.approximation = SparseApproximation::kFitc;
-  auto model = SparseModel::Create(TestContext(), problem.theta, options);
-  ASSERT_TRUE(model.ok());
-  ASSERT_TRUE(model->AddObservations(problem.data(), 0).ok());
-  ASSERT_TRUE(model->SetInducingInputs(ViewOf(problem.inducing)).ok());
+  auto model = Value(SparseModel::Create(TestContext(), problem.theta, options));
+  ASSERT_TRUE(model.AddObservations(problem.data(), 0).ok());
+  ASSERT_TRUE(model.SetInducingInputs(ViewOf(problem.inducing)).ok());
   EXPECT_NEAR(problem.At(problem.theta, problem.inducing, SparseObjective::kFitc).value,
-              model->LogMarginalLikelihood(), 1e-10 * 70);
+              model.LogMarginalLikelihood(), 1e-10 * 70);
 }
 
 TEST(SparseLikelihood, RefusesWhatItIsNotOf) {

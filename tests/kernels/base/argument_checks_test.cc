@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -29,7 +30,7 @@ TEST(CheckFinite, NamesTheFirstBadElementAndReadsNoPadding) {
   data[2 * 4 + 1] = -INFINITY;
   EXPECT_EQ(CheckFinite("x", view).message(), "x(2, 1) = -inf; it must be finite");
   data[2 * 4 + 1] = 0.0;
-  EXPECT_EQ(CheckFinite("x", view).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(CheckFinite("x", view), IsInvalid());
 }
 
 }  // namespace

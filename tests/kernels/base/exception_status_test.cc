@@ -2,11 +2,10 @@
 
 #include <new>
 #include <stdexcept>
-#include <string>
 #include <system_error>
 
 #include "absl/status/statusor.h"
-#include "gtest/gtest.h"
+#include "gmock/gmock.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -24,7 +23,7 @@ TEST(ExceptionStatus, TellsWhatTheMachineLacks) {
   const absl::Status refused =
       StatusOf(std::system_error(EAGAIN, std::generic_category(), "thread"));
   EXPECT_EQ(refused.code(), absl::StatusCode::kUnavailable);
-  EXPECT_NE(refused.message().find("--threads=1"), std::string::npos) << refused;
+  EXPECT_THAT(refused.message(), testing::HasSubstr("--threads=1"));
   EXPECT_EQ(StatusOf(std::runtime_error("pthread_create has failed")).code(),
             absl::StatusCode::kUnavailable);
 }

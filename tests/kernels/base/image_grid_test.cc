@@ -1,6 +1,6 @@
 #include "kernels/base/image_grid.h"
 
-#include "gtest/gtest.h"
+#include "gmock/gmock.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -22,8 +22,8 @@ TEST(ImageGrid, ItsLastRowAndColumnLieOnTheBorder) {
 }
 
 TEST(ImageGrid, BadSizesAreNamed) {
-  EXPECT_NE(ImageGrid({0, 5, 1}).Validate().message().find("0 x 5"), std::string::npos);
-  EXPECT_NE(ImageGrid({5, 5, 0}).Validate().message().find("stride = 0"), std::string::npos);
+  EXPECT_THAT(ImageGrid({0, 5, 1}).Validate().message(), testing::HasSubstr("0 x 5"));
+  EXPECT_THAT(ImageGrid({5, 5, 0}).Validate().message(), testing::HasSubstr("stride = 0"));
 }
 
 TEST(NormalizationForImage, TheLongerSideSpansMinusOneToOne) {

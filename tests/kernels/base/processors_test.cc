@@ -76,8 +76,13 @@ int StayOnOneProcessor() {
   return sched_setaffinity(0, sizeof(one), &one);
 }
 
-// In processes of their own, which ask for the first time.
-TEST(MaximumThreadsTest, IsWhatTheProcessMayUse) {
+// In programs of their own, which ask for the first time.
+class MaximumThreadsTest : public testing::Test {
+ protected:
+  MaximumThreadsTest() { testing::FLAGS_gtest_death_test_style = "threadsafe"; }
+};
+
+TEST_F(MaximumThreadsTest, IsWhatTheProcessMayUse) {
   EXPECT_GE(AvailableProcessors(), 1);
   EXPECT_EXIT(
       {
@@ -87,7 +92,7 @@ TEST(MaximumThreadsTest, IsWhatTheProcessMayUse) {
       testing::ExitedWithCode(1), "");
 }
 
-TEST(MaximumThreadsTest, IsWhatTheEnvironmentSays) {
+TEST_F(MaximumThreadsTest, IsWhatTheEnvironmentSays) {
   const auto threads_with = [](const char* environment) {
     setenv("EGOSIEVE_THREADS", environment, 1);
     std::_Exit(MaximumThreads());

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/covariance/covariance_function.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 
@@ -28,9 +28,7 @@ inline std::vector<std::string> Expressions() {
 }
 
 inline CovarianceFunction Function(const std::string& text) {
-  const auto function = CovarianceFunction::Parse(text);
-  EXPECT_TRUE(function.ok()) << function.status();
-  return function.ok() ? *function : CovarianceFunction::kArcsine;
+  return Value(CovarianceFunction::Parse(text));
 }
 
 // Scales of which no two are alike. For inputs in [-1, 1], distances over length-scales and weighted

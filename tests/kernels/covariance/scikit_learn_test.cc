@@ -4,7 +4,6 @@
 // ConstantKernel, ExpSineSquared, their sums and products.
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "gp/model/exact_model.h"
@@ -12,6 +11,7 @@
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/runtime/context.h"
 #include "tests/kernels/covariance/expressions.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -107,8 +107,7 @@ constexpr double kTargets[5] = {0.3, -0.7, 1.1, 0.35, -0.2};
 constexpr double kQueries[2][3] = {{0.0, 0.0, 0.0}, {0.8, -0.1, 0.3}};
 
 TEST(ScikitLearn, AgreesOnCovariancesLikelihoodAndPosterior) {
-  const auto context = kernels::OpenContext();
-  ASSERT_TRUE(context.ok()) << context.status();
+  const auto context = Value(kernels::OpenContext());
   for (const Numbers& numbers : AllNumbers()) {
     SCOPED_TRACE(numbers.function);
     Hyperparameters theta;
@@ -124,22 +123,20 @@ TEST(ScikitLearn, AgreesOnCovariancesLikelihoodAndPosterior) {
       EXPECT_NEAR(actual, expected, 1e-10 * std::max(1.0, std::abs(expected)));
     };
     double k[5][5];
-    ASSERT_TRUE(kernels::CovarianceMatrix<double>(**context, theta.covariance, x, 0.0,
+    ASSERT_TRUE(kernels::CovarianceMatrix<double>(*context, theta.covariance, x, 0.0,
                                                   kernels::Triangle::kFull, {&k[0][0], 5, 5})
                     .ok());
     expect_agrees(k[1][0], numbers.covariances[0]);
     expect_agrees(k[2][1], numbers.covariances[1]);
     expect_agrees(k[3][0], numbers.covariances[2]);
     expect_agrees(k[4][2], numbers.covariances[3]);
-    auto model = ExactModel::Create(*context, theta);
-    ASSERT_TRUE(model.ok()) << model.status();
-    ASSERT_TRUE(model->AddTargets(x, kTargets, 0).ok());
-    expect_agrees(model->LogMarginalLikelihood(), numbers.log_likelihood);
-    const auto at = model->Predict(queries, PredictWhat::kMeanAndVariance);
-    ASSERT_TRUE(at.ok()) << at.status();
+    auto model = Value(ExactModel::Create(context, theta));
+    ASSERT_TRUE(model.AddTargets(x, kTargets, 0).ok());
+    expect_agrees(model.LogMarginalLikelihood(), numbers.log_likelihood);
+    const auto at = Value(model.Predict(queries, PredictWhat::kMeanAndVariance));
     for (int q = 0; q < 2; ++q) {
-      expect_agrees(at->mean[q], numbers.mean[q]);
-      expect_agrees(at->variance[q], numbers.variance[q]);
+      expect_agrees(at.mean[q], numbers.mean[q]);
+      expect_agrees(at.variance[q], numbers.variance[q]);
     }
   }
 }

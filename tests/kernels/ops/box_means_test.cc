@@ -6,6 +6,7 @@
 #include "gtest/gtest.h"
 #include "kernels/reference/image.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -33,8 +34,7 @@ void ExpectFieldMatchesReference(const ImageView& image, int stride, int window)
   BoxMeanOptions options;
   options.window_pixels = window;
   GuardedMatrix<float> field(grid.size(), kBoxMeanColumns, 2);
-  const absl::Status status = BoxMeansOnGrid(*TestContext(), image, grid, options, field.view());
-  ASSERT_TRUE(status.ok()) << status;
+  ASSERT_EQ(BoxMeansOnGrid(*TestContext(), image, grid, options, field.view()), absl::OkStatus());
   EXPECT_TRUE(field.guards_intact());
   GuardedMatrix<float> by_point(grid.size(), kBoxMeanColumns, 2);
   ASSERT_TRUE(BoxMeansOnGrid(*SideBySideContext(), image, grid, options, by_point.view()).ok());
@@ -124,32 +124,30 @@ TEST(BoxMeansOnGrid, BadArgumentsAreNamedAndNothingIsWritten) {
   const auto message_of = [&](const ImageView& view, const ImageGrid& at,
                               const BoxMeanOptions& options) {
     const absl::Status status = BoxMeansOnGrid(*TestContext(), view, at, options, out.view());
-    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(status, IsInvalid());
     EXPECT_TRUE(out.untouched());
     return std::string(status.message());
   };
   for (const int window : {0, -1, 6}) {
     BoxMeanOptions options;
     options.window_pixels = window;
-    EXPECT_NE(message_of(image.view, grid, options).find("window_pixels"), std::string::npos);
+    EXPECT_THAT(message_of(image.view, grid, options), testing::HasSubstr("window_pixels"));
   }
-  EXPECT_NE(message_of(image.view, {30, 20, 0}, {}).find("stride"), std::string::npos);
-  EXPECT_NE(message_of(image.view, {31, 20, 5}, {}).find("31 x 20"), std::string::npos);
+  EXPECT_THAT(message_of(image.view, {30, 20, 0}, {}), testing::HasSubstr("stride"));
+  EXPECT_THAT(message_of(image.view, {31, 20, 5}, {}), testing::HasSubstr("31 x 20"));
   ImageView bad = image.view;
   bad.channels = 4;
-  EXPECT_NE(message_of(bad, grid, {}).find("channels = 4"), std::string::npos);
+  EXPECT_THAT(message_of(bad, grid, {}), testing::HasSubstr("channels = 4"));
   bad = image.view;
   bad.stride_bytes = 89;
-  EXPECT_NE(message_of(bad, grid, {}).find("stride_bytes = 89"), std::string::npos);
+  EXPECT_THAT(message_of(bad, grid, {}), testing::HasSubstr("stride_bytes = 89"));
   bad = image.view;
   bad.data = nullptr;
-  EXPECT_NE(message_of(bad, grid, {}).find("without data"), std::string::npos);
+  EXPECT_THAT(message_of(bad, grid, {}), testing::HasSubstr("without data"));
   for (const double coordinate : {-0.6, 29.6, static_cast<double>(NAN)}) {
     const double point[] = {coordinate, 3.0};
     GuardedMatrix<float> one(1, 6);
-    const absl::Status status =
-        BoxMeansAt(*TestContext(), image.view, {point, 1, 2}, {}, one.view());
-    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(BoxMeansAt(*TestContext(), image.view, {point, 1, 2}, {}, one.view()), IsInvalid());
     EXPECT_TRUE(one.untouched());
   }
 }

@@ -3,16 +3,15 @@
 
 #include <CL/opencl.hpp>
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <tuple>
-#include <vector>
 
 #include "gtest/gtest.h"
 #include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels::opencl {
 namespace {
@@ -27,13 +26,9 @@ class DeviceLinearAlgebraTest : public testing::TestWithParam<std::tuple<int, bo
   void SetUp() override {
     if (TestIsOnReference()) GTEST_SKIP() << "the reference has no device";
     n_ = std::get<0>(GetParam());
-    auto workspace = TestContext()->Borrow("testing");
-    ASSERT_TRUE(workspace.ok()) << workspace.status();
-    workspace_ = *std::move(workspace);
-    auto algebra = DeviceLinearAlgebra::Create(
-        *TestContext(), *workspace_, std::get<1>(GetParam()) ? LinearAlgebraShape() : kSmall);
-    ASSERT_TRUE(algebra.ok()) << algebra.status();
-    algebra_ = *std::move(algebra);
+    workspace_ = Value(TestContext()->Borrow("testing"));
+    algebra_ = Value(DeviceLinearAlgebra::Create(
+        *TestContext(), *workspace_, std::get<1>(GetParam()) ? LinearAlgebraShape() : kSmall));
     // Eigenvalues of 0.5 and above.
     const Matrix half = Matrix::NullaryExpr(n_, n_, [&] { return Uniform(random_, -1.0, 1.0); });
     a_ = half * half.transpose() / n_ + 0.5 * Matrix::Identity(n_, n_);

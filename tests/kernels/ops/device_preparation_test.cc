@@ -10,6 +10,7 @@
 #include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/covariance/expressions.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels::opencl {
 namespace {
@@ -28,19 +29,16 @@ class DevicePreparationTest : public testing::TestWithParam<std::string> {
       points.push_back(static_cast<float>(value + 3.0));
     }
     Context& context = *TestContext();
-    auto workspace = context.Borrow("testing");
-    ASSERT_TRUE(workspace.ok()) << workspace.status();
-    const cl::CommandQueue& queue = (*workspace)->queue();
+    auto workspace = Value(context.Borrow("testing"));
+    const cl::CommandQueue& queue = workspace->queue();
     const DevicePreparation device(context, parameters, preparation);
-    auto kernel = device.Kernel<float, float>(context, **workspace);
-    ASSERT_TRUE(kernel.ok()) << kernel.status();
+    auto kernel = Value(device.Kernel<float, float>(context, *workspace));
     const int64_t width = preparation.width();
     const cl::Buffer input(context.cl_context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
                            points.size() * sizeof(float), points.data());
     const cl::Buffer output(context.cl_context(), CL_MEM_READ_WRITE,
                             width * kPadded * sizeof(float));
-    device.Enqueue(*kernel, queue, {input, 0, dimension, kCount}, {output, kPadded, 1, kPadded},
-                   {});
+    device.Enqueue(kernel, queue, {input, 0, dimension, kCount}, {output, kPadded, 1, kPadded}, {});
     std::vector<float> actual(width * kPadded);
     queue.enqueueReadBuffer(output, CL_TRUE, 0, actual.size() * sizeof(float), actual.data());
     std::vector<double> expected(width);

@@ -6,7 +6,6 @@
 #include <limits>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "gtest/gtest.h"
@@ -14,6 +13,7 @@
 #include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/ops/posterior_test.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -29,9 +29,7 @@ struct Caller {
         queue(context, TestContext()->cl_device(), properties) {
     ContextOptions options;
     if (shapes == Shapes::kLocalTiles) options.tuning = SmallLocalTiles();
-    auto opened = AdoptContext(context(), nullptr, options);
-    EXPECT_TRUE(opened.ok()) << opened.status();
-    adopted = *opened;
+    adopted = Value(AdoptContext(context(), nullptr, options));
   }
   cl::Buffer Filled(const std::vector<float>& values) const {
     const cl::Buffer buffer(context, CL_MEM_READ_WRITE, values.size() * sizeof(float));
@@ -69,9 +67,7 @@ class DeviceQueueTest : public PosteriorTest {
                                        FactorKind kind = FactorKind::kCholesky) const {
     DensePosteriorOptions options;
     options.memory_cap_bytes = cap;
-    auto posterior = DensePosterior::Create(context, problem_.model(kind), options);
-    EXPECT_TRUE(posterior.ok()) << posterior.status();
-    return *std::move(posterior);
+    return Value(DensePosterior::Create(context, problem_.model(kind), options));
   }
   // Of Evaluate, on the tests' own context with this shape.
   Results Expected(FactorKind kind = FactorKind::kCholesky) const {
@@ -163,9 +159,9 @@ TEST_P(DeviceQueueTest, WaitsForTheCallersEventsAndOutlivesItsHandles) {
   const cl_event wait = gate();
   DeviceOutputs outputs;
   outputs.mean.memory = mean();
-  const auto event = posterior->Enqueue({queries(), kQueries}, outputs, {caller.queue(), &wait, 1});
-  ASSERT_TRUE(event.ok()) << event.status();
-  const cl::Event done(*event);
+  const auto event =
+      Value(posterior->Enqueue({queries(), kQueries}, outputs, {caller.queue(), &wait, 1}));
+  const cl::Event done(event);
   EXPECT_NE(done.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(), CL_COMPLETE);
   // What is there when the event comes counts.
   other.enqueueWriteBuffer(queries, CL_TRUE, 0, queries_.size() * sizeof(float), queries_.data());
@@ -229,7 +225,7 @@ TEST_P(DeviceQueueTest, RefusesWhatDoesNotFit) {
   const auto message = [&](const DeviceQueries& at, const DeviceOutputs& outputs,
                            const DeviceCall& call) {
     const absl::Status status = EnqueueAndWait(*posterior, at, outputs, call);
-    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+    EXPECT_THAT(status, IsInvalid());
     return std::string(status.message());
   };
   DeviceOutputs good;
@@ -262,7 +258,7 @@ TEST_P(DeviceQueueTest, RefusesWhatDoesNotFit) {
 }
 
 TEST(AdoptContext, RefusesNullAndOtherDevices) {
-  EXPECT_EQ(AdoptContext(nullptr, nullptr).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(AdoptContext(nullptr, nullptr), IsInvalid());
   if (TestIsOnReference()) GTEST_SKIP() << "the reference has no OpenCL context";
   const cl::Context context(TestContext()->cl_device());
   EXPECT_TRUE(AdoptContext(context(), TestContext()->cl_device()()).ok());
@@ -271,14 +267,11 @@ TEST(AdoptContext, RefusesNullAndOtherDevices) {
 TEST(Reference, HasNoQueues) {
   ContextOptions options;
   options.device = "reference";
-  const auto context = OpenContext(options);
-  ASSERT_TRUE(context.ok());
+  const auto context = Value(OpenContext(options));
   PosteriorModel prior;
   prior.covariance = ArcsineParameters({1, 2, 3});
-  const auto posterior = DensePosterior::Create(*context, prior);
-  ASSERT_TRUE(posterior.ok());
-  EXPECT_EQ((*posterior)->Enqueue({}, {}, {}).status().code(),
-            absl::StatusCode::kFailedPrecondition);
+  const auto posterior = Value(DensePosterior::Create(context, prior));
+  EXPECT_EQ(posterior->Enqueue({}, {}, {}).status().code(), absl::StatusCode::kFailedPrecondition);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, DeviceQueueTest,

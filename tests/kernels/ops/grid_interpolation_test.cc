@@ -5,6 +5,7 @@
 #include "gtest/gtest.h"
 #include "kernels/reference/image.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -26,9 +27,8 @@ TEST(GridInterpolation, AgreesWithTheReferenceAndIsExactAtGridPixels) {
       }
       GuardedMatrix<float> out(height, width, 3);
       GuardedMatrix<float> expected(height, width);
-      const absl::Status status =
-          GridInterpolation(*TestContext(), grid, values.view(), out.view());
-      ASSERT_TRUE(status.ok()) << status;
+      ASSERT_EQ(GridInterpolation(*TestContext(), grid, values.view(), out.view()),
+                absl::OkStatus());
       EXPECT_TRUE(out.guards_intact());
       GuardedMatrix<float> by_pixel(height, width, 3);
       ASSERT_TRUE(
@@ -72,9 +72,8 @@ TEST(GridInterpolation, BadArgumentsAreNamedAndNothingIsWritten) {
   EXPECT_FALSE(GridInterpolation(*TestContext(), {23, 18, 0}, values.view(), out.view()).ok());
   EXPECT_FALSE(GridInterpolation(*TestContext(), {24, 18, 1}, values.view(), out.view()).ok());
   values.view()(2, 3) = NAN;
-  const absl::Status status = GridInterpolation(*TestContext(), grid, values.view(), out.view());
-  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_NE(status.message().find("values(2, 3)"), std::string::npos) << status;
+  EXPECT_THAT(GridInterpolation(*TestContext(), grid, values.view(), out.view()),
+              IsInvalid("values(2, 3)"));
   EXPECT_TRUE(out.untouched());
 }
 

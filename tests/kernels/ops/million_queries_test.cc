@@ -1,7 +1,7 @@
 // The posterior of a large model at a million queries, with variances, in 1.5 GB of resident
 // memory. Minutes of work, so it is run by hand:
 //
-//   bazel run //tests/kernels/ops:million_queries_test
+//   bazel run //tests/kernels/ops:million_queries
 //
 // EGOSIEVE_QUERIES and EGOSIEVE_POINTS set other sizes than 1,000,000 queries and 10,000 points.
 // Most of the memory is the float64 factor that the model is made from, n^2 * 8 bytes; the program
@@ -98,10 +98,7 @@ TEST(MillionQueries, FitInOneAndAHalfGigabytes) {
   const int64_t m = std::max(SizeOf("EGOSIEVE_QUERIES", 1000000), kSample);
   const int64_t n = SizeOf("EGOSIEVE_POINTS", 10000);
   LargeModel large(random, n);
-  Timed("factorise", [&] {
-    const absl::Status status = large.Factorize(*TestContext());
-    ASSERT_TRUE(status.ok()) << status;
-  });
+  Timed("factorise", [&] { ASSERT_EQ(large.Factorize(*TestContext()), absl::OkStatus()); });
   absl::StatusOr<std::unique_ptr<DensePosterior>> posterior;
   Timed("upload", [&] { posterior = DensePosterior::Create(TestContext(), large.model); });
   ASSERT_TRUE(posterior.ok()) << posterior.status();

@@ -5,7 +5,6 @@
 
 #include <limits>
 #include <memory>
-#include <set>
 #include <vector>
 
 #include "gtest/gtest.h"
@@ -13,6 +12,7 @@
 #include "tests/kernels/failing_calls.h"
 #include "tests/kernels/ops/posterior_test.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -20,9 +20,7 @@ namespace {
 std::shared_ptr<Context> Open(const char* device) {
   ContextOptions options;
   options.device = device;
-  const auto context = OpenContext(options);
-  EXPECT_TRUE(context.ok()) << context.status();
-  return *context;
+  return Value(OpenContext(options));
 }
 
 class SharedPosteriorTest : public testing::Test {
@@ -32,9 +30,7 @@ class SharedPosteriorTest : public testing::Test {
     problem_ = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 30, 0.3);
   }
   std::unique_ptr<DensePosterior> Make(const std::vector<std::shared_ptr<Context>>& contexts) {
-    auto posterior = CreateSharedPosterior(contexts, problem_.model(FactorKind::kCholesky));
-    EXPECT_TRUE(posterior.ok()) << posterior.status();
-    return *std::move(posterior);
+    return Value(CreateSharedPosterior(contexts, problem_.model(FactorKind::kCholesky)));
   }
 
   std::mt19937_64 random_ = TestRandom();
@@ -95,27 +91,25 @@ TEST_F(SharedPosteriorTest, NothingIsWrittenWhereOneDeviceFails) {
 }
 
 TEST_F(SharedPosteriorTest, RefusesWhatOneDeviceWould) {
-  EXPECT_EQ(CreateSharedPosterior({}, problem_.model(FactorKind::kCholesky)).status().code(),
-            absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(CreateSharedPosterior({TestContext(), nullptr}, problem_.model(FactorKind::kCholesky))
-                .status()
-                .code(),
-            absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(CreateSharedPosterior({}, problem_.model(FactorKind::kCholesky)), IsInvalid());
+  EXPECT_THAT(
+      CreateSharedPosterior({TestContext(), nullptr}, problem_.model(FactorKind::kCholesky)),
+      IsInvalid());
   const auto shared = Make({TestContext(), TestContext()});
   EXPECT_EQ(shared->Enqueue({}, {}, {}).status().code(), absl::StatusCode::kFailedPrecondition);
   // On one device a posterior takes queues.
-  const auto alone = DensePosterior::Create(TestContext(), problem_.model(FactorKind::kCholesky));
-  ASSERT_TRUE(alone.ok()) << alone.status();
+  const auto alone =
+      Value(DensePosterior::Create(TestContext(), problem_.model(FactorKind::kCholesky)));
   EXPECT_EQ(Make({TestContext()})->Enqueue({}, {}, {}).status(),
-            (*alone)->Enqueue({}, {}, {}).status());
+            alone->Enqueue({}, {}, {}).status());
   constexpr int64_t kQueries = 3000;
   std::vector<float> queries = RandomQueries(random_, kQueries, 2);
   queries[2 * 2500] = std::numeric_limits<float>::quiet_NaN();
   Results results(kQueries);
   const absl::Status refused =
       shared->Evaluate({queries.data(), kQueries, 2}, results.outputs()).status();
-  EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_NE(refused.ToString().find("2500"), std::string::npos) << refused;
+  EXPECT_THAT(refused, IsInvalid());
+  EXPECT_THAT(refused.ToString(), testing::HasSubstr("2500"));
   EXPECT_TRUE(results.mean.untouched());
   EXPECT_TRUE(shared->Evaluate({queries.data(), 0, 2}, results.outputs()).ok());
 }

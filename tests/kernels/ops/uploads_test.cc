@@ -2,7 +2,6 @@
 #include <CL/opencl.hpp>
 #include <cstdint>
 #include <memory>
-#include <random>
 #include <utility>
 #include <vector>
 
@@ -12,6 +11,7 @@
 #include "tests/kernels/failing_calls.h"
 #include "tests/kernels/ops/posterior_test.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -19,9 +19,7 @@ namespace {
 constexpr int64_t kQueries = 500;
 
 std::unique_ptr<DensePosterior> MakePosterior(std::shared_ptr<Context> context, int64_t n) {
-  auto posterior = MakeDiagonalPosterior(std::move(context), n);
-  EXPECT_TRUE(posterior.ok()) << posterior.status();
-  return *std::move(posterior);
+  return Value(MakeDiagonalPosterior(std::move(context), n));
 }
 
 void Evaluate(const DensePosterior& posterior, int64_t count, int64_t dimension = 2) {
@@ -95,13 +93,12 @@ TEST(Uploads, WidePointsTakeTheScratchOfASmallerBlock) {
   constexpr int64_t kPoints = 205;
   const std::shared_ptr<Context> context = OpenLittleLocalMemory(4096);
   ASSERT_NE(context, nullptr);
-  const auto posterior = MakeDiagonalPosterior(context, kPoints, {}, WideParameters());
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const auto posterior = Value(MakeDiagonalPosterior(context, kPoints, {}, WideParameters()));
   const KernelTuning tuning = SmallLocalTiles();
   const int64_t panels = tuning.panels_per_group / 2, rows = tuning.panel * panels;
   const int64_t columns = tuning.width * tuning.work_group / panels;
   TakeScratchBytes();
-  Evaluate(**posterior, 1, 32);
+  Evaluate(*posterior, 1, 32);
   const int64_t padded = (kPoints + rows - 1) / rows * rows;
   EXPECT_EQ(TakeScratchBytes() - ResultBytes(*context, 1),
             padded * columns * static_cast<int64_t>(sizeof(float)));
@@ -136,9 +133,8 @@ TEST(Uploads, EnqueuedEvaluationsTakeNothing) {
   outputs.variance = {results(), kQueries};
   for (int call = 0; call < 3; ++call) {
     TakeHostBytes();
-    const auto event = posterior->Enqueue({points(), kQueries}, outputs, {queue()});
-    ASSERT_TRUE(event.ok()) << event.status();
-    cl::Event(*event).wait();
+    const auto event = Value(posterior->Enqueue({points(), kQueries}, outputs, {queue()}));
+    cl::Event(event).wait();
     EXPECT_EQ(TakeHostBytes(), 0);
   }
 }

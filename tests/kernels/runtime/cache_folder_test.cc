@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "gtest/gtest.h"
+#include "gmock/gmock.h"
 #include "kernels/runtime/tuning.h"
 #include "tests/kernels/scoped_variable.h"
 
@@ -56,7 +56,7 @@ TEST(WriteCacheFile, SaysWhatCannotBeWritten) {
   ASSERT_TRUE(WriteCacheFile(file, "x").ok());
   const absl::Status status = WriteCacheFile(file + "/below", "x");
   EXPECT_FALSE(status.ok());
-  EXPECT_NE(status.message().find(file + "/below"), std::string::npos) << status;
+  EXPECT_THAT(status.message(), testing::HasSubstr(file + "/below"));
   EXPECT_EQ(ReadCacheFile(file + "/below"), "");
 }
 
@@ -93,7 +93,7 @@ TEST(Tuning, DefaultsAreValid) {
         Misfit{&KernelTuning::panels_per_group, 12}, Misfit{&KernelTuning::depth, 24}}) {
     KernelTuning tuning = DefaultGpuTuning();
     tuning.*field = value;
-    EXPECT_NE(tuning.Validate().message().find("local_tiles = 1"), std::string::npos)
+    EXPECT_THAT(tuning.Validate().message(), testing::HasSubstr("local_tiles = 1"))
         << FormatTuning(tuning);
   }
   KernelTuning bad;

@@ -17,6 +17,7 @@
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/opencl_context.h"
 #include "kernels/runtime/opencl_error.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -62,8 +63,7 @@ TEST(ChooseDevice, UnknownChoicesListWhatThereIs) {
   for (const char* choice : {"4", "-1", "99999999999999999999", "tpu"}) {
     const auto chosen = ChooseDevice(MadeUpDevices(), choice);
     EXPECT_EQ(chosen.status().code(), absl::StatusCode::kNotFound) << choice;
-    EXPECT_NE(chosen.status().message().find("Great Graphics 9000"), std::string::npos)
-        << chosen.status();
+    EXPECT_THAT(chosen.status().message(), testing::HasSubstr("Great Graphics 9000"));
   }
 }
 
@@ -72,21 +72,19 @@ TEST(ChooseDevice, WithoutAnyDeviceItSaysWhatToInstall) {
   const std::vector<DeviceInfo> reference_only(1, MadeUpDevices()[3]);
   const auto chosen = ChooseDevice(reference_only, "");
   EXPECT_EQ(chosen.status().code(), absl::StatusCode::kNotFound);
-  EXPECT_NE(chosen.status().message().find("pocl-opencl-icd"), std::string::npos)
-      << chosen.status();
+  EXPECT_THAT(chosen.status().message(), testing::HasSubstr("pocl-opencl-icd"));
   EXPECT_EQ(ChosenIndex(reference_only, "reference"), 3);
   unsetenv("OCL_ICD_VENDORS");
 }
 
 TEST(ListDevices, EndsWithTheReferenceAndNumbersItsElements) {
-  const auto devices = ListDevices();
-  ASSERT_TRUE(devices.ok()) << devices.status();
-  ASSERT_FALSE(devices->empty());
-  for (size_t i = 0; i < devices->size(); ++i) {
-    const DeviceInfo& device = (*devices)[i];
+  const auto devices = Value(ListDevices());
+  ASSERT_FALSE(devices.empty());
+  for (size_t i = 0; i < devices.size(); ++i) {
+    const DeviceInfo& device = devices[i];
     EXPECT_EQ(device.index, static_cast<int>(i));
     EXPECT_FALSE(device.name.empty());
-    EXPECT_EQ(device.type == DeviceType::kReference, i + 1 == devices->size());
+    EXPECT_EQ(device.type == DeviceType::kReference, i + 1 == devices.size());
     if (device.type != DeviceType::kReference) {
       EXPECT_GT(device.compute_units, 0);
       EXPECT_GT(device.memory_bytes, 0);
@@ -103,9 +101,8 @@ TEST(OpenContext, OptionsGoBeforeTheEnvironment) {
   EXPECT_EQ(OpenContext().status().code(), absl::StatusCode::kNotFound);
   ContextOptions options;
   options.device = "reference";
-  const auto context = OpenContext(options);
-  ASSERT_TRUE(context.ok()) << context.status();
-  EXPECT_TRUE((*context)->is_reference());
+  const auto context = Value(OpenContext(options));
+  EXPECT_TRUE(context->is_reference());
   if (old == nullptr) {
     unsetenv("EGOSIEVE_DEVICE");
   } else {
@@ -128,17 +125,16 @@ TEST(OpenClErrors, BecomeStatusesWithCallAndCode) {
 }
 
 TEST(Context, BuildErrorsCarryTheCompilersLogAndTheContextStaysUsable) {
-  const auto context = OpenContext();
-  ASSERT_TRUE(context.ok()) << context.status();
-  if ((*context)->is_reference()) GTEST_SKIP() << "the reference compiles nothing";
+  const auto context = Value(OpenContext());
+  if (context->is_reference()) GTEST_SKIP() << "the reference compiles nothing";
   const auto kernel =
-      (*context)->Kernel("image.cl", "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=oops", "box_means_on_grid");
+      context->Kernel("image.cl", "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=oops", "box_means_on_grid");
   ASSERT_FALSE(kernel.ok());
-  EXPECT_NE(kernel.status().message().find("clBuildProgram"), std::string::npos) << kernel.status();
-  EXPECT_NE(kernel.status().message().find("oops"), std::string::npos) << kernel.status();
+  EXPECT_THAT(kernel.status().message(), testing::HasSubstr("clBuildProgram"));
+  EXPECT_THAT(kernel.status().message(), testing::HasSubstr("oops"));
   const std::string good = "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=3";
-  EXPECT_TRUE((*context)->Kernel("image.cl", good, "box_means_on_grid").ok());
-  EXPECT_FALSE((*context)->Kernel("image.cl", good, "no_such_kernel").ok());
+  EXPECT_TRUE(context->Kernel("image.cl", good, "box_means_on_grid").ok());
+  EXPECT_FALSE(context->Kernel("image.cl", good, "no_such_kernel").ok());
 }
 
 // Processor time of every thread of this process, in clock ticks, by its number.
@@ -180,18 +176,17 @@ int64_t ThreadsAtWork(Context& context, int64_t points) {
 }
 
 TEST(Context, TheLimitOfThreadsHoldsForEachCallOnACpu) {
-  const auto context = OpenContext();
-  ASSERT_TRUE(context.ok()) << context.status();
-  const DeviceInfo& device = (*context)->info();
+  const auto context = Value(OpenContext());
+  const DeviceInfo& device = context->info();
   if (device.type != DeviceType::kCpu || device.compute_units < 2) {
     GTEST_SKIP() << device.name << " is not a CPU with several compute units";
   }
   SetMaximumThreads(2);
-  EXPECT_EQ(ThreadsAtWork(**context, 4000), 2);
+  EXPECT_EQ(ThreadsAtWork(*context, 4000), 2);
   SetMaximumThreads(1);
-  EXPECT_EQ(ThreadsAtWork(**context, 4000), 1);
+  EXPECT_EQ(ThreadsAtWork(*context, 4000), 1);
   SetMaximumThreads(2);
-  EXPECT_EQ(ThreadsAtWork(**context, 4000), 2);
+  EXPECT_EQ(ThreadsAtWork(*context, 4000), 2);
   SetMaximumThreads(0);
 }
 

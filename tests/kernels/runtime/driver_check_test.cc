@@ -5,7 +5,7 @@
 #include <fstream>
 #include <string>
 
-#include "gtest/gtest.h"
+#include "gmock/gmock.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -24,7 +24,7 @@ class DriverCheck : public testing::Test {
   }
   bool Says(const std::string& text) const {
     const std::string why = WhyNoDevice();
-    EXPECT_NE(why.find("\"reference\""), std::string::npos) << why;
+    EXPECT_THAT(why, testing::HasSubstr("\"reference\""));
     if (why.find(text) != std::string::npos) return true;
     ADD_FAILURE() << why;
     return false;
@@ -59,8 +59,8 @@ TEST_F(DriverCheck, PoclIsNotStartedWhereItWouldAbort) {
   EXPECT_TRUE(CheckDriversCanStart(testing::TempDir()).ok());
   const absl::Status status = CheckDriversCanStart("/nowhere");
   EXPECT_TRUE(absl::IsUnavailable(status)) << status;
-  EXPECT_NE(status.message().find("libpocl.so.2"), std::string::npos) << status;
-  EXPECT_NE(status.message().find("mount /sys"), std::string::npos) << status;
+  EXPECT_THAT(status.message(), testing::HasSubstr("libpocl.so.2"));
+  EXPECT_THAT(status.message(), testing::HasSubstr("mount /sys"));
 }
 
 }  // namespace

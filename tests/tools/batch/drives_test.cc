@@ -2,6 +2,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::tools {
 namespace {
@@ -11,7 +12,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 TEST(ParseManifest, DefaultsAreSharedAndADriveGoesBeforeThem) {
-  const auto entries = ParseManifest(R"([defaults]
+  const auto entries = Value(ParseManifest(R"([defaults]
 out = "runs"
 then = ["refine", "masks"]
 profile = "fast"
@@ -29,16 +30,15 @@ deterministic = false
 stride = 0.5
 then = "report"
 )",
-                                     "/drives");
-  ASSERT_TRUE(entries.ok()) << entries.status();
-  ASSERT_EQ(entries->size(), 2u);
-  const BatchDrive& a = (*entries)[0];
+                                           "/drives"));
+  ASSERT_EQ(entries.size(), 2u);
+  const BatchDrive& a = entries[0];
   EXPECT_EQ(a.path, "/drives/a.mp4");
   EXPECT_EQ(a.out, "/drives/runs/a");
   EXPECT_THAT(a.flags.at("segment"), ElementsAre("--profile=fast", "--deterministic"));
   EXPECT_THAT(a.flags.at("masks"), ElementsAre("--for=colmap"));
   EXPECT_THAT(a.then, ElementsAre("refine", "masks"));
-  const BatchDrive& b = (*entries)[1];
+  const BatchDrive& b = entries[1];
   EXPECT_EQ(b.path, "/b # c.mp4");
   EXPECT_EQ(b.out, "/drives/elsewhere/b");
   EXPECT_THAT(b.flags.at("segment"),
@@ -47,17 +47,15 @@ then = "report"
 }
 
 TEST(ParseManifest, RefineAndReportFollowWhereNothingIsSaid) {
-  const auto entries = ParseManifest("[a]\npath = 'a'\nout = 'a'\n", "");
-  ASSERT_TRUE(entries.ok()) << entries.status();
-  EXPECT_THAT((*entries)[0].then, ElementsAre("refine", "report"));
+  const auto entries = Value(ParseManifest("[a]\npath = 'a'\nout = 'a'\n", ""));
+  EXPECT_THAT(entries[0].then, ElementsAre("refine", "report"));
 }
 
 TEST(ParseManifest, KnowsReconstructAsRefine) {
-  const auto entries = ParseManifest(
-      "[a]\npath = 'a'\nout = 'a'\nthen = 'reconstruct'\nreconstruct.causal = true\n", "");
-  ASSERT_TRUE(entries.ok()) << entries.status();
-  EXPECT_THAT((*entries)[0].then, ElementsAre("refine"));
-  EXPECT_THAT((*entries)[0].flags.at("refine"), ElementsAre("--causal"));
+  const auto entries = Value(ParseManifest(
+      "[a]\npath = 'a'\nout = 'a'\nthen = 'reconstruct'\nreconstruct.causal = true\n", ""));
+  EXPECT_THAT(entries[0].then, ElementsAre("refine"));
+  EXPECT_THAT(entries[0].flags.at("refine"), ElementsAre("--causal"));
 }
 
 TEST(ParseManifest, WhatIsGivenGoesBeforeAll) {
@@ -65,33 +63,31 @@ TEST(ParseManifest, WhatIsGivenGoesBeforeAll) {
   given.out = "/given";
   given.then = "report";
   given.segment_flags = "--profile=default --set=model=exact";
-  const auto entries = ParseManifest(
-      "[defaults]\nout = \"runs\"\n[a]\npath = \"a\"\nprofile = \"fast\"\nthen = "
-      "\"render\"\n[b]\npath = \"b\"\nout = \"own\"\n",
-      "/drives", given);
-  ASSERT_TRUE(entries.ok()) << entries.status();
-  EXPECT_EQ((*entries)[0].out, "/given/a");
-  EXPECT_EQ((*entries)[1].out, "/drives/own");
-  EXPECT_THAT((*entries)[0].flags.at("segment"),
+  const auto entries = Value(
+      ParseManifest("[defaults]\nout = \"runs\"\n[a]\npath = \"a\"\nprofile = \"fast\"\nthen = "
+                    "\"render\"\n[b]\npath = \"b\"\nout = \"own\"\n",
+                    "/drives", given));
+  EXPECT_EQ(entries[0].out, "/given/a");
+  EXPECT_EQ(entries[1].out, "/drives/own");
+  EXPECT_THAT(entries[0].flags.at("segment"),
               ElementsAre("--profile=default", "--set=model=exact"));
-  EXPECT_THAT((*entries)[0].then, ElementsAre("report"));
+  EXPECT_THAT(entries[0].then, ElementsAre("report"));
 }
 
 TEST(ParseManifest, GivesCutsAndResearchSettings) {
-  const auto entries = ParseManifest(
-      "[a]\npath = 'a.mp4'\nout = 'a'\ncuts = [100, 250]\nstride = 2\n"
-      "[a.research]\nmodel = 'exact'\nwindow = 5\n",
-      "/drives");
-  ASSERT_TRUE(entries.ok()) << entries.status();
-  EXPECT_THAT(entries->front().cuts, ElementsAre(100, 250));
-  EXPECT_THAT(entries->front().flags.at("segment"),
+  const auto entries =
+      Value(ParseManifest("[a]\npath = 'a.mp4'\nout = 'a'\ncuts = [100, 250]\nstride = 2\n"
+                          "[a.research]\nmodel = 'exact'\nwindow = 5\n",
+                          "/drives"));
+  EXPECT_THAT(entries.front().cuts, ElementsAre(100, 250));
+  EXPECT_THAT(entries.front().flags.at("segment"),
               ElementsAre("--stride=2", "--set=model=exact", "--set=window=5"));
 }
 
 TEST(ParseManifest, WhatIsWrongIsSaidWithItsLine) {
   const auto error = [](const std::string& text) {
     const auto entries = ParseManifest(text, "");
-    EXPECT_EQ(entries.status().code(), absl::StatusCode::kInvalidArgument) << text;
+    EXPECT_THAT(entries, IsInvalid()) << text;
     return std::string(entries.status().message());
   };
   const std::string whole = "[a]\npath = 'a'\nout = 'x'\n";

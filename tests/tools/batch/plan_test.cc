@@ -8,6 +8,7 @@
 #include "absl/strings/str_replace.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
@@ -28,11 +29,7 @@ std::vector<std::string> StageNames(const BatchPlan& plan) {
   return names;
 }
 
-BatchPlan Plan(const std::vector<BatchDrive>& drives) {
-  absl::StatusOr<BatchPlan> plan = BatchPlan::Create(drives);
-  EXPECT_TRUE(plan.ok()) << plan.status();
-  return *std::move(plan);
-}
+BatchPlan Plan(const std::vector<BatchDrive>& drives) { return Value(BatchPlan::Create(drives)); }
 
 const std::vector<std::string> kUsual = {"refine", "report"};
 
@@ -111,24 +108,22 @@ TEST(BatchPlan, IsReadAsItIsWritten) {
   const BatchPlan plan =
       Plan({{"/in/a", "/out/a", {{"masks", {"--for=coco"}}}, {"masks"}, {50, 90}},
             {"/in/b", "/out/b", {}, {"masks"}}});
-  const absl::StatusOr<BatchPlan> read = BatchPlan::FromText(plan.ToText());
-  ASSERT_TRUE(read.ok()) << read.status();
-  ASSERT_EQ(read->tasks().size(), plan.tasks().size());
+  const BatchPlan read = Value(BatchPlan::FromText(plan.ToText()));
+  ASSERT_EQ(read.tasks().size(), plan.tasks().size());
   for (size_t i = 0; i < plan.tasks().size(); ++i) {
-    EXPECT_EQ(read->tasks()[i].stage, plan.tasks()[i].stage);
-    EXPECT_EQ(read->tasks()[i].folder, plan.tasks()[i].folder);
-    EXPECT_EQ(read->tasks()[i].arguments, plan.tasks()[i].arguments);
-    EXPECT_EQ(read->tasks()[i].needs, plan.tasks()[i].needs);
+    EXPECT_EQ(read.tasks()[i].stage, plan.tasks()[i].stage);
+    EXPECT_EQ(read.tasks()[i].folder, plan.tasks()[i].folder);
+    EXPECT_EQ(read.tasks()[i].arguments, plan.tasks()[i].arguments);
+    EXPECT_EQ(read.tasks()[i].needs, plan.tasks()[i].needs);
   }
-  EXPECT_EQ(read->DriveOf(3).path, "/in/b");
+  EXPECT_EQ(read.DriveOf(3).path, "/in/b");
   for (const char* text :
        {"", "[]", "{\"drives\": [], \"tasks\": []}", "[{\"path\": \"a\", \"out\": \"b\"}]",
         R"({"drives": [{"path": "a", "run": "b"}],
             "tasks": [{"stage": "x", "run": "b", "arguments": ["x"], "needs": [0]}]})",
         R"({"drives": [{"path": "a", "run": "b"}, {"path": "c", "run": "d"}],
             "tasks": [{"stage": "x", "run": "b", "arguments": ["x"], "needs": []}]})"}) {
-    EXPECT_EQ(BatchPlan::FromText(text).status().code(), absl::StatusCode::kInvalidArgument)
-        << text;
+    EXPECT_THAT(BatchPlan::FromText(text), IsInvalid()) << text;
   }
 }
 
@@ -173,9 +168,8 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
   ASSERT_EQ(RunProgram({"masks", alone, "--for=colmap", "--out=" + alone + ".masks"}).code, 0);
   for (const std::string file : {"/grid/000004.prob.png", "/masks/000004.png", "/ids/000007.png",
                                  "/tracks.csv", ".masks/000005.png.png"}) {
-    const absl::StatusOr<std::string> expected = ReadFile(alone + file);
-    ASSERT_TRUE(expected.ok()) << expected.status();
-    EXPECT_EQ(*expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
+    const std::string expected = Value(ReadFile(alone + file));
+    EXPECT_EQ(expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
   }
   // What is done is left, and done again with other flags.
   const std::string mask = root_ + "/out/a.masks/000005.png.png";
@@ -244,10 +238,9 @@ TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
       RunProgram({"batch", root_ + "/here.toml", "--piece_minutes=0.014", "--jobs=2"});
   ASSERT_EQ(here.code, 0) << here.err << here.out;
   for (const char* file : {"/grid/000004.prob.png", "/grid/000012.prob.png"}) {
-    const absl::StatusOr<std::string> expected = ReadFile(root_ + "/p1" + file);
-    ASSERT_TRUE(expected.ok()) << expected.status();
-    EXPECT_EQ(*expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
-    EXPECT_EQ(*expected, ReadFile(root_ + "/here/a" + file).value_or("none")) << file;
+    const std::string expected = Value(ReadFile(root_ + "/p1" + file));
+    EXPECT_EQ(expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
+    EXPECT_EQ(expected, ReadFile(root_ + "/here/a" + file).value_or("none")) << file;
   }
 }
 

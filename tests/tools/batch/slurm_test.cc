@@ -14,6 +14,7 @@
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tools/run_folder/run_folder.h"
 
@@ -86,11 +87,9 @@ class Slurm : public testing::Test {
 
 TEST_F(Slurm, ArraysDependOnWhatTheirTasksNeed) {
   options_.sbatch = {"--partition=long", "--comment=\"a#b\""};
-  const absl::StatusOr<std::vector<SlurmArray>> arrays =
-      SubmitToSlurm(Plan(3), {0, 1, 2}, options_);
-  ASSERT_TRUE(arrays.ok()) << arrays.status();
-  ASSERT_THAT(*arrays, SizeIs(3));
-  EXPECT_EQ((*arrays)[2].job, "3");
+  const std::vector<SlurmArray> arrays = Value(SubmitToSlurm(Plan(3), {0, 1, 2}, options_));
+  ASSERT_THAT(arrays, SizeIs(3));
+  EXPECT_EQ(arrays[2].job, "3");
   const std::vector<std::string> lines = absl::StrSplit(*ReadFile(root_ + "/sbatch"), '\n');
   const std::string jobs = options_.folder, kill = "[--kill-on-invalid-dep=yes]";
   const auto call = [&](const std::string& first) {
@@ -105,9 +104,8 @@ TEST_F(Slurm, ArraysDependOnWhatTheirTasksNeed) {
                                   call("0")));
   EXPECT_THAT(lines[1], HasSubstr("[--dependency=aftercorr:1]" + kill + call("3")));
   EXPECT_THAT(lines[2], HasSubstr("[--dependency=aftercorr:2]" + kill + call("6")));
-  const auto plan = BatchPlan::FromText(*ReadFile(jobs + "/submitted.json"));
-  ASSERT_TRUE(plan.ok()) << plan.status();
-  EXPECT_EQ(plan->drives()[1].out, "/nowhere/1");
+  const auto plan = Value(BatchPlan::FromText(*ReadFile(jobs + "/submitted.json")));
+  EXPECT_EQ(plan.drives()[1].out, "/nowhere/1");
 }
 
 TEST_F(Slurm, WhatFollowsPiecesDependsOnAllOfThem) {
@@ -119,9 +117,8 @@ TEST_F(Slurm, WhatFollowsPiecesDependsOnAllOfThem) {
 
 TEST_F(Slurm, MoreDrivesThanAnArrayHoldsAreSeveralArrays) {
   options_.largest_array = 4;
-  const auto arrays = SubmitToSlurm(Plan(10), {0, 1, 3, 5, 8, 9}, options_);
-  ASSERT_TRUE(arrays.ok()) << arrays.status();
-  ASSERT_THAT(*arrays, SizeIs(3 * 3));
+  const auto arrays = Value(SubmitToSlurm(Plan(10), {0, 1, 3, 5, 8, 9}, options_));
+  ASSERT_THAT(arrays, SizeIs(3 * 3));
   const std::vector<std::string> lines = absl::StrSplit(*ReadFile(root_ + "/sbatch"), '\n');
   EXPECT_THAT(lines[0], HasSubstr("[--array=0-1,3]"));
   EXPECT_THAT(lines[3], HasSubstr("[--array=1]"));
@@ -151,7 +148,7 @@ TEST_F(Slurm, WhereItTakesNoMoreJobsTheEarlierAreCancelled) {
   StandIn("scancel", "echo $* >>" + root_ + "/cancelled");
   const absl::Status status = SubmitToSlurm(Plan(2), {0, 1}, options_).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("no room"));
+  EXPECT_THAT(status.message(), HasSubstr("no room"));
   EXPECT_EQ(*ReadFile(root_ + "/cancelled"), "1 2\n");
 }
 
@@ -160,7 +157,7 @@ TEST_F(Slurm, JobsThatCannotBeCancelledAreTold) {
   StandIn("squeue", "[ ! -e " + root_ + "/once ] || { echo no answer >&2; exit 1; }");
   const absl::Status status = SubmitToSlurm(Plan(2), {0, 1}, options_).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("may be left, cancel them: squeue ended"));
+  EXPECT_THAT(status.message(), HasSubstr("may be left, cancel them: squeue ended"));
 }
 
 TEST_F(Slurm, WhatIsQueuedIsNotSubmittedAgain) {
@@ -183,7 +180,7 @@ TEST_F(Slurm, AQueueThatIsNotToldIsNoEmptyOne) {
   StandIn("squeue", "echo no answer >&2; exit 1");
   const absl::Status status = CheckNothingIsQueued(options_.folder);
   EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("no answer"));
+  EXPECT_THAT(status.message(), HasSubstr("no answer"));
 }
 
 TEST_F(Slurm, PathsAreAsTheyAreAndWhatSlurmCannotTakeIsRefused) {
@@ -195,12 +192,12 @@ TEST_F(Slurm, PathsAreAsTheyAreAndWhatSlurmCannotTakeIsRefused) {
   for (const std::string option :
        {"long", "--job-name=x", "-Jx", "--array=1-9", "-o", "--output=y"}) {
     options_.sbatch = {option};
-    EXPECT_EQ(options_.Validate().code(), absl::StatusCode::kInvalidArgument) << option;
+    EXPECT_THAT(options_.Validate(), IsInvalid()) << option;
   }
   options_.sbatch = {"--nice", "--account=x"};
   EXPECT_TRUE(options_.Validate().ok());
   options_.folder = "/a\\b";
-  EXPECT_EQ(options_.Validate().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(options_.Validate(), IsInvalid());
 }
 
 TEST_F(Slurm, AScriptGivesItsTasksExitCode) {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "tests/testing/status.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -23,9 +24,8 @@ TEST(RunChild, GivesExitCodeOutputsAndEnvironment) {
   command.arguments = {"/bin/sh", "-c", "echo to out $GREETING; echo to err >&2; exit 7"};
   command.environment["GREETING"] = "hello";
   command.log_path = testing::TempDir() + "/child.log";
-  const auto code = RunChild(command, kGoOn);
-  ASSERT_TRUE(code.ok()) << code.status();
-  EXPECT_EQ(*code, 7);
+  const auto code = Value(RunChild(command, kGoOn));
+  EXPECT_EQ(code, 7);
   EXPECT_EQ(*ReadFile(command.log_path), "to out hello\nto err\n");
 }
 
@@ -37,7 +37,7 @@ TEST(RunChild, TellsSignalsAndProgramsThatAreNotThere) {
   command.arguments = {"/no/such/program"};
   const auto missing = RunChild(command, kGoOn);
   EXPECT_EQ(missing.status().code(), absl::StatusCode::kUnavailable);
-  EXPECT_THAT(std::string(missing.status().message()), HasSubstr("/no/such/program"));
+  EXPECT_THAT(missing.status().message(), HasSubstr("/no/such/program"));
 }
 
 TEST(RunChild, AStopRequestInterruptsTheChild) {

@@ -3,12 +3,12 @@
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <thread>
 
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/full_pipe.h"
 #include "tests/tools/testing/patch_drive.h"
@@ -76,8 +76,7 @@ TEST_F(OwnFiles, ARunThatIsBeingWrittenIsNotReplaced) {
   ASSERT_EQ(SegmentFrames().code, 0);
   Keep();
   {
-    const absl::StatusOr<FolderLock> writer = FolderLock::Take(run_);
-    ASSERT_TRUE(writer.ok());
+    const FolderLock writer = Value(FolderLock::Take(run_));
     EXPECT_EQ(SegmentFrames({"--overwrite"}).code, 2);
     EXPECT_EQ(Changes(), "");
   }

@@ -2,7 +2,6 @@
 // that was not.
 #include <signal.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
@@ -347,8 +347,7 @@ TEST_F(Resume, OnAnotherDeviceWhereThatIsAllowed) {
 
 // Two programs that write into one folder would mix their lines.
 TEST_F(Resume, OneProgramAtATime) {
-  const absl::StatusOr<FolderLock> lock = FolderLock::Take(whole_);
-  ASSERT_TRUE(lock.ok()) << lock.status();
+  const FolderLock lock = Value(FolderLock::Take(whole_));
   for (const char* flag : {"--resume", "--overwrite"}) {
     const ProgramOutcome outcome = RunProgram(Arguments(whole_, {flag}));
     EXPECT_EQ(outcome.code, 2) << flag;

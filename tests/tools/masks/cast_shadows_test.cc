@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 namespace egosieve::tools {
 namespace {

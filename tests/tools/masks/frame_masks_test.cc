@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
 
 namespace egosieve::tools {
@@ -44,35 +45,34 @@ TEST(Dilate, LeavesAPictureWithoutMoversEmpty) {
 }
 
 TEST(ReadFrameMask, HasTheOwnVehicleWhereItIsWanted) {
-  const absl::StatusOr<RunFolder> folder = RunFolder::Create(FreshFolder(), false);
-  ASSERT_TRUE(folder.ok()) << folder.status();
+  const RunFolder folder = Value(RunFolder::Create(FreshFolder(), false));
   FrameLine line;
   line.width_pixels = 30;
   line.height_pixels = 20;
   cv::Mat1b mask(20, 30, uint8_t{0});
   mask(2, 3) = 255;
-  ASSERT_TRUE(CreateFolder(folder->File("masks")).ok());
-  cv::imwrite(folder->FrameFile("masks", 0, ".png"), mask);
+  ASSERT_TRUE(CreateFolder(folder.File("masks")).ok());
+  cv::imwrite(folder.FrameFile("masks", 0, ".png"), mask);
   FrameMaskOptions options;
   options.ignored = cv::Mat1b(20, 30, uint8_t{0});
   options.ignored(cv::Rect(0, 15, 30, 5)) = 255;
-  absl::StatusOr<FrameMask> read = ReadFrameMask(*folder, line, options);
+  absl::StatusOr<FrameMask> read = ReadFrameMask(folder, line, options);
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);
   options.own_vehicle = true;
-  read = ReadFrameMask(*folder, line, options);
+  read = ReadFrameMask(folder, line, options);
   ASSERT_TRUE(read.ok()) << read.status();
   mask(cv::Rect(0, 15, 30, 5)) = 255;
   EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);
 
   options.ignored(0, 29) = 255;
   mask(0, 29) = 255;
-  read = ReadFrameMask(*folder, line, options);
+  read = ReadFrameMask(folder, line, options);
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);
 
   line.width_pixels = 31;
-  EXPECT_EQ(ReadFrameMask(*folder, line, options).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(ReadFrameMask(folder, line, options).status().code(), absl::StatusCode::kDataLoss);
 }
 
 }  // namespace

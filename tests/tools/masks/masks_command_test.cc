@@ -12,6 +12,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
+#include "tests/testing/status.h"
 #include "tests/tools/masks/masks_test.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tools/masks/mask_export.h"
@@ -104,13 +105,12 @@ TEST_F(MasksTest, GoesOnWhereItWasInterrupted) {
     std::reverse(all.begin(), all.end());
     app.parse(all);
     EXPECT_TRUE(flags.Resolve().ok());
-    auto made =
-        MaskExport::Prepare(*OpenDriveInput(run.frames, 0), run.folder.path(), flags.options);
-    EXPECT_TRUE(made.ok()) << made.status();
+    auto made = Value(
+        MaskExport::Prepare(*OpenDriveInput(run.frames, 0), run.folder.path(), flags.options));
     const absl::Status status =
-        made->Run(run.folder, *run.folder.ReadLines(), [&] { return --frames > 0; });
+        made.Run(run.folder, *run.folder.ReadLines(), [&] { return --frames > 0; });
     EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
-    EXPECT_THAT(std::string(status.message()), HasSubstr("the same command goes on"));
+    EXPECT_THAT(status.message(), HasSubstr("the same command goes on"));
   };
   out_ = root_ + "/again";
   interrupt({}, 3);

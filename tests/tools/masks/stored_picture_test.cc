@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/testing/status.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -31,13 +32,12 @@ TEST(StoredPicture, LiesAsItsFileDoesWhateverExifSays) {
   for (char orientation = 1; orientation <= 8; ++orientation) {
     const std::string path = testing::TempDir() + "/turned.jpg";
     ASSERT_TRUE(WriteFileAtomically(path, JpegOf(pixels, orientation)).ok());
-    const absl::StatusOr<StoredPicture> picture = ReadStoredPicture(path);
-    ASSERT_TRUE(picture.ok()) << picture.status();
-    EXPECT_EQ(picture->orientation, orientation);
-    EXPECT_EQ(picture->pixels.size(), pixels.size());
+    const StoredPicture picture = Value(ReadStoredPicture(path));
+    EXPECT_EQ(picture.orientation, orientation);
+    EXPECT_EQ(picture.pixels.size(), pixels.size());
     const cv::Mat upright = cv::imread(path, cv::IMREAD_COLOR);
     EXPECT_EQ(upright.size(), orientation < 5 ? cv::Size(40, 24) : cv::Size(24, 40));
-    EXPECT_EQ(cv::norm(TurnBack(upright, picture->orientation), picture->pixels, cv::NORM_INF), 0);
+    EXPECT_EQ(cv::norm(TurnBack(upright, picture.orientation), picture.pixels, cv::NORM_INF), 0);
   }
 }
 

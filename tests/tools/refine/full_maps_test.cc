@@ -1,13 +1,13 @@
 #include "tools/refine/full_maps.h"
 
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::tools {
 namespace {
 
 TEST(InterpolateMap, IsExactForLinearMaps) {
-  const absl::StatusOr<std::shared_ptr<kernels::Context>> context = kernels::OpenContext({});
-  ASSERT_TRUE(context.ok()) << context.status();
+  const std::shared_ptr<kernels::Context> context = Value(kernels::OpenContext({}));
   const kernels::ImageGrid grid{43, 29, 5};  // the last cells are narrower
   const auto plane = [](double x, double y) { return 0.1 + 0.013 * x + 0.007 * y; };
   cv::Mat1f values(grid.rows(), grid.columns());
@@ -16,13 +16,12 @@ TEST(InterpolateMap, IsExactForLinearMaps) {
       values(row, column) = static_cast<float>(plane(grid.x_pixels(column), grid.y_pixels(row)));
     }
   }
-  const absl::StatusOr<cv::Mat1f> full = InterpolateMap(**context, grid, values);
-  ASSERT_TRUE(full.ok()) << full.status();
-  ASSERT_EQ(full->size(), cv::Size(43, 29));
+  const cv::Mat1f full = Value(InterpolateMap(*context, grid, values));
+  ASSERT_EQ(full.size(), cv::Size(43, 29));
   for (int y = 0; y < 29; ++y) {
     for (int x = 0; x < 43; ++x) {
       // Four products and sums of floats below 1: a few units in the last place, 6e-8 each.
-      ASSERT_NEAR((*full)(y, x), plane(x, y), 5e-7) << x << ", " << y;
+      ASSERT_NEAR(full(y, x), plane(x, y), 5e-7) << x << ", " << y;
     }
   }
 }

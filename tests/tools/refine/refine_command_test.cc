@@ -9,6 +9,7 @@
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/run_command.h"
 #include "tools/refine/refine_run.h"
@@ -130,40 +131,34 @@ TEST(RefineRun, GoesOnWithTheSameBytes) {
   FakeRunOptions options;
   options.frames = 40;  // more than a chunk
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_resume", options);
-  const absl::StatusOr<std::shared_ptr<kernels::Context>> context = kernels::OpenContext({});
-  ASSERT_TRUE(context.ok()) << context.status();
+  const std::shared_ptr<kernels::Context> context = Value(kernels::OpenContext({}));
   const std::vector<FrameLine> lines = *run.folder.ReadLines();
   RefineOptions what;
-  auto whole = RefineRun::Open(*context, run.folder, lines, what);
-  ASSERT_TRUE(whole.ok()) << whole.status();
-  ASSERT_TRUE((*whole)->Run([] { return true; }).ok());
+  auto whole = Value(RefineRun::Open(context, run.folder, lines, what));
+  ASSERT_TRUE(whole->Run([] { return true; }).ok());
   const std::map<std::string, std::string> expected = ProductsOf(run.folder);
 
-  auto cut_short = RefineRun::Open(*context, run.folder, lines, what);
-  ASSERT_TRUE(cut_short.ok()) << cut_short.status();
-  EXPECT_EQ((*cut_short)->Run([] { return false; }).code(), absl::StatusCode::kCancelled);
+  auto cut_short = Value(RefineRun::Open(context, run.folder, lines, what));
+  EXPECT_EQ(cut_short->Run([] { return false; }).code(), absl::StatusCode::kCancelled);
   EXPECT_NE(ProductsOf(run.folder).at("tracks"), expected.at("tracks"));
   for (int i = 32; i < 40; ++i) {
     std::filesystem::remove(run.folder.FrameFile("masks", i, ".png"));
   }
   what.resume = true;
-  auto rest = RefineRun::Open(*context, run.folder, lines, what);
-  ASSERT_TRUE(rest.ok()) << rest.status();
-  EXPECT_EQ((*rest)->frames_done_before(), 32);
-  ASSERT_TRUE((*rest)->Run([] { return true; }).ok());
+  auto rest = Value(RefineRun::Open(context, run.folder, lines, what));
+  EXPECT_EQ(rest->frames_done_before(), 32);
+  ASSERT_TRUE(rest->Run([] { return true; }).ok());
   EXPECT_EQ(ProductsOf(run.folder), expected);
 
   what.mask.low = 0.4;
-  const auto other = RefineRun::Open(*context, run.folder, lines, what);
-  ASSERT_TRUE(other.ok()) << other.status();
-  EXPECT_EQ((*other)->frames_done_before(), 0);
+  const auto other = Value(RefineRun::Open(context, run.folder, lines, what));
+  EXPECT_EQ(other->frames_done_before(), 0);
 }
 
 TEST(RefineCommand, SaysWhatIsWrongWithTheInput) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_input");
   {
-    const absl::StatusOr<FolderLock> lock = FolderLock::Take(run.folder.path());
-    ASSERT_TRUE(lock.ok());
+    const FolderLock lock = Value(FolderLock::Take(run.folder.path()));
     const CommandOutcome second = RunCommandForTest(MakeRefineCommand(), {run.folder.path()});
     EXPECT_EQ(second.code, 2);
     EXPECT_THAT(second.err, HasSubstr("another program is writing into"));

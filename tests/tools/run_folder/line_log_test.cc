@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tools/run_folder/atomic_file.h"
 
@@ -32,10 +33,9 @@ int ExitCodeUnderFileSizeLimit(rlim_t bytes, const Body& body) {
 TEST(LineLog, GrowsByWholeLines) {
   const std::string path = FreshFolder() + "/log";
   {
-    absl::StatusOr<LineLog> log = LineLog::Open(path);
-    ASSERT_TRUE(log.ok());
-    ASSERT_TRUE(log->Append("one").ok());
-    ASSERT_TRUE(log->Append("two").ok());
+    LineLog log = Value(LineLog::Open(path));
+    ASSERT_TRUE(log.Append("one").ok());
+    ASSERT_TRUE(log.Append("two").ok());
   }
   EXPECT_EQ(*ReadFile(path), "one\ntwo\n");
 }

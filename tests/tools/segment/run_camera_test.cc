@@ -4,10 +4,10 @@
 
 #include <filesystem>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
 
 #include "kernels/files/atomic_file.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::tools {
 namespace {
@@ -54,9 +54,8 @@ TEST(RunCamera, ALackingWindscreenIsAnError) {
 }
 
 TEST(RunCamera, AFolderWithoutOneHasNone) {
-  const auto read = ReadRunCamera(Folder());
-  ASSERT_TRUE(read.ok());
-  EXPECT_FALSE(read->has_value());
+  const auto read = Value(ReadRunCamera(Folder()));
+  EXPECT_FALSE(read.has_value());
 }
 
 }  // namespace

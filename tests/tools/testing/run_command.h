@@ -2,7 +2,6 @@
 #ifndef EGOSIEVE_TESTS_TOOLS_TESTING_RUN_COMMAND_H_
 #define EGOSIEVE_TESTS_TOOLS_TESTING_RUN_COMMAND_H_
 
-#include <filesystem>
 #include <memory>
 #include <sstream>
 #include <string>

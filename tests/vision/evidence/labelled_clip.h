@@ -4,7 +4,6 @@
 #ifndef EGOSIEVE_TESTS_VISION_EVIDENCE_LABELLED_CLIP_H_
 #define EGOSIEVE_TESTS_VISION_EVIDENCE_LABELLED_CLIP_H_
 
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>

@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <opencv2/core.hpp>
 #include <random>
 #include <vector>

@@ -3,7 +3,6 @@
 #define EGOSIEVE_TESTS_VISION_EVIDENCE_ROAD_VIEW_H_
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/core.hpp>
 #include <random>
 #include <vector>

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gmock/gmock.h"
+#include "tests/testing/status.h"
 #include "tests/vision/frame/folder_test.h"
 #include "vision/frame/frame_source.h"
 #include "vision/frame/pixel_limit.h"
@@ -42,11 +43,10 @@ TEST_F(ImageDecodingTest, EveryPixelFormatBecomesEightBitBgr) {
   WriteImage("2.png", Solid(CV_16UC3, cv::Scalar(257 * 1, 257 * 2, 257 * 3)));
   WriteImage("3.png", Solid(CV_8UC4, cv::Scalar(1, 2, 3, 0)));
   WriteImage("4.png", Solid(CV_16UC4, cv::Scalar(257, 514, 771, 65535)));
-  auto source = OpenFrameSource(Path("*.png"));
-  ASSERT_TRUE(source.ok()) << source.status();
+  auto source = Value(OpenFrameSource(Path("*.png")));
   const cv::Vec3b expected[] = {{7, 7, 7}, {200, 200, 200}, {1, 2, 3}, {1, 2, 3}, {1, 2, 3}};
   for (int index = 0; index < 5; ++index) {
-    const auto read = (*source)->Next();
+    const auto read = source->Next();
     ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read)) << index;
     const Frame& frame = std::get<Frame>(*read);
     ASSERT_EQ(frame.image.type(), CV_8UC3) << index;
@@ -63,18 +63,16 @@ TEST_F(ImageDecodingTest, DamagedPicturesAreReportedAndSkipped) {
   fs::resize_file(Path("1.png"), fs::file_size(Path("1.png")) / 2);
   fs::resize_file(Path("2.jpg"), fs::file_size(Path("2.jpg")) / 2);
   WriteText("3.png", "");
-  auto source = OpenFrameSource(folder_.string());
-  ASSERT_TRUE(source.ok());
+  auto source = Value(OpenFrameSource(folder_.string()));
   for (int index = 0; index < 5; ++index) {
-    const auto read = (*source)->Next();
-    ASSERT_TRUE(read.ok());
+    const auto read = Value(source->Next());
     if (index == 0 || index == 4) {
-      ASSERT_TRUE(std::holds_alternative<Frame>(*read)) << index;
-      EXPECT_EQ(std::get<Frame>(*read).index, index);
+      ASSERT_TRUE(std::holds_alternative<Frame>(read)) << index;
+      EXPECT_EQ(std::get<Frame>(read).index, index);
     } else {
-      ASSERT_TRUE(std::holds_alternative<DamagedFrame>(*read)) << index;
-      EXPECT_EQ(std::get<DamagedFrame>(*read).index, index);
-      EXPECT_THAT(std::get<DamagedFrame>(*read).reason, HasSubstr(std::to_string(index) + "."));
+      ASSERT_TRUE(std::holds_alternative<DamagedFrame>(read)) << index;
+      EXPECT_EQ(std::get<DamagedFrame>(read).index, index);
+      EXPECT_THAT(std::get<DamagedFrame>(read).reason, HasSubstr(std::to_string(index) + "."));
     }
   }
 }
@@ -103,9 +101,8 @@ TEST_F(ImageDecodingTest, WholeJpegsAreReadWhateverLiesBehindThem) {
   const cv::Mat decoded = cv::imdecode(encoded, cv::IMREAD_COLOR);
   for (const std::string& bytes : read) {
     WriteText("a.jpg", bytes);
-    const auto source = OpenFrameSource(Path("a.jpg"));
-    ASSERT_TRUE(source.ok()) << source.status();
-    const auto frame = (*source)->Next();
+    const auto source = Value(OpenFrameSource(Path("a.jpg")));
+    const auto frame = source->Next();
     ASSERT_TRUE(frame.ok() && std::holds_alternative<Frame>(*frame));
     EXPECT_EQ(cv::norm(std::get<Frame>(*frame).image, decoded, cv::NORM_INF), 0.0);
   }
@@ -146,13 +143,12 @@ TEST_F(ImageDecodingTest, ValuesOfAPartOfTheirRangeAreStretchedAlikeInAllFrames)
       stored.convertTo(stored, kind.depth);
       WriteImage(std::string(kind.name) + "/" + std::to_string(most) + ".tiff", stored);
     }
-    const auto source = OpenFrameSource(Path(kind.name));
-    ASSERT_TRUE(source.ok()) << source.status();
+    const auto source = Value(OpenFrameSource(Path(kind.name)));
     const bool is_full = kind.step == 257;
-    EXPECT_EQ((*source)->remarks().size(), is_full ? 0u : 1u) << kind.name;
+    EXPECT_EQ(source->remarks().size(), is_full ? 0u : 1u) << kind.name;
     for (const int most : {255, 127}) {  // "127.tiff" is the first
-      ASSERT_TRUE((*source)->SeekTo(most == 127 ? 0 : 1).ok());
-      const auto read = (*source)->Next();
+      ASSERT_TRUE(source->SeekTo(most == 127 ? 0 : 1).ok());
+      const auto read = source->Next();
       ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read));
       const cv::Mat& image = std::get<Frame>(*read).image;
       for (const int i : {0, 1000, 2000, 4095}) {

@@ -8,6 +8,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "tests/vision/frame/input_test.h"
 #include "vision/frame/frame_source.h"
 
@@ -53,11 +54,10 @@ TEST_F(VideoForms, EachPictureHasItsOwnSizeAndFormat) {
     stream.append(jpeg.begin(), jpeg.end());
   }
   Write("camera.mjpeg", stream);
-  const auto source = OpenFrameSource(Path("camera.mjpeg"));
-  ASSERT_TRUE(source.ok()) << source.status();
+  const auto source = Value(OpenFrameSource(Path("camera.mjpeg")));
   double last = -1.0;
   for (int i = 0; i < 4; ++i) {
-    const auto read = (*source)->Next();
+    const auto read = source->Next();
     ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read)) << i;
     const Frame& frame = std::get<Frame>(*read);
     EXPECT_EQ(frame.image.size(), sizes[i]) << i;
@@ -67,7 +67,7 @@ TEST_F(VideoForms, EachPictureHasItsOwnSizeAndFormat) {
     const cv::Mat3b image = frame.image;
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(image(20, 15)[c], colours[i][c], 6) << i << ", " << c;
   }
-  EXPECT_TRUE(std::holds_alternative<EndOfFrames>(*(*source)->Next()));
+  EXPECT_TRUE(std::holds_alternative<EndOfFrames>(*source->Next()));
 }
 
 TEST_F(VideoForms, NamesMayHaveColons) {
@@ -91,12 +91,11 @@ TEST_F(VideoForms, WhatEndsWithinAPartIsCutShort) {
   WriteVideo("a.avi", 0, 24, 10);
   const std::string whole = Bytes("a.avi");
   Write("a.avi", whole.substr(0, whole.size() * 4 / 5));
-  const auto source = OpenFrameSource(Path("a.avi"));
-  ASSERT_TRUE(source.ok()) << source.status();
-  const Seen seen = ReadAll(**source);
+  const auto source = Value(OpenFrameSource(Path("a.avi")));
+  const Seen seen = ReadAll(*source);
   EXPECT_GT(seen.values.size(), 2u);
   EXPECT_LT(seen.values.size(), 24u);
-  EXPECT_THAT(std::get<EndOfFrames>(*(*source)->Next()).warning, HasSubstr("a.avi: cut short"));
+  EXPECT_THAT(std::get<EndOfFrames>(*source->Next()).warning, HasSubstr("a.avi: cut short"));
 }
 
 TEST_F(VideoForms, ARecordingThatWasNeverClosedIsTold) {

@@ -14,6 +14,7 @@ extern "C" {
 #include <libavformat/avformat.h>
 }
 
+#include "tests/testing/status.h"
 #include "vision/frame/frame_source.h"
 
 namespace egosieve::vision {
@@ -111,10 +112,9 @@ TEST(VideoRemarks, TenBitsAreReadAsEight) {
   kind.format = AV_PIX_FMT_YUV420P10;
   const std::string path = WriteVideo("deep", kind);
   EXPECT_THAT(RemarksOnVideos({path}), IsEmpty());
-  const auto source = OpenFrameSource(path);
-  ASSERT_TRUE(source.ok()) << source.status();
+  const auto source = Value(OpenFrameSource(path));
   for (int i = 0; i < kind.frames; ++i) {
-    const absl::StatusOr<FrameRead> read = (*source)->Next();
+    const absl::StatusOr<FrameRead> read = source->Next();
     ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read));
     const cv::Mat image = std::get<Frame>(*read).image;
     for (int x = 0; x < kWidth; ++x) {

@@ -1,18 +1,18 @@
 // Two videos joined: the frame behind the cut has no labels but a reason, nothing reaches across,
-// and what follows is labelled again. And no such frame in videos without a cut. Built for every
-// frame of the data it takes minutes; the suite takes some.
+// and what follows is labelled again. And no such frame in videos without a cut.
 #include <gtest/gtest.h>
 
+#include <climits>
 #include <cstdlib>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
-#include <utility>
 #include <variant>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "tests/testing/status.h"
+#include "tests/vision/labelling/real_inputs.h"
 #include "tests/vision/labelling/textured_scene.h"
 #include "vision/frame/frame_source.h"
 #include "vision/labelling/frame_labeller.h"
@@ -21,19 +21,6 @@
 namespace egosieve::vision {
 namespace {
 
-#ifdef EGOSIEVE_EVERY_FRAME
-constexpr int kFramesOfAnInput = 1 << 30;
-constexpr size_t kJoinStep = 1;
-#else
-constexpr int kFramesOfAnInput = 6;
-constexpr size_t kJoinStep = 11;
-#endif
-constexpr const char* kInputs[] = {
-    "davis/car-shadow/frames",        "davis/horsejump-high/frames",
-    "davis/bmx-trees/frames",         "davis/cows/frames",
-    "kt3dmoseg/Seq005_Clip01/frames", "kt3dmoseg/Seq013_Clip02/frames",
-    "kt3dmoseg/Seq028_Clip01/frames", "kitti-residential/frames",
-    "highway/solidWhiteRight.mp4",    "highway/vehicle_test_video.mp4"};
 constexpr int kPictures = 3;  // on each side of a cut
 
 struct Clip {
@@ -62,22 +49,18 @@ Clip StreetClip(const std::string& scenario, uint64_t seed) {
   options.width_pixels = 400;
   options.height_pixels = 240;
   Clip clip{scenario, {}};
-  const auto street = MakeScenario(scenario, seed, options);
-  EXPECT_TRUE(street.ok()) << street.status();
-  for (int t = 0; street.ok() && t < kPictures; ++t) {
-    clip.images.push_back(street->Render(20 + t)->image);
-  }
+  const Scenario street = Value(MakeScenario(scenario, seed, options));
+  for (int t = 0; t < kPictures; ++t) clip.images.push_back(street.Render(20 + t)->image);
   return clip;
 }
 
 Clip ReadClip(const std::string& folder, const std::string& input, int most) {
   Clip clip{input, {}};
-  auto source = OpenFrameSource(folder + "/" + input);
-  EXPECT_TRUE(source.ok()) << source.status();
-  while (source.ok() && static_cast<int>(clip.images.size()) < most) {
-    const auto read = (*source)->Next();
-    if (!read.ok() || !std::holds_alternative<Frame>(*read)) break;
-    clip.images.push_back(std::get<Frame>(*read).image.clone());
+  auto source = Value(OpenFrameSource(folder + "/" + input));
+  while (static_cast<int>(clip.images.size()) < most) {
+    const auto read = Value(source->Next());
+    if (!std::holds_alternative<Frame>(read)) break;
+    clip.images.push_back(std::get<Frame>(read).image.clone());
   }
   return clip;
 }
@@ -93,15 +76,14 @@ void ExpectCut(const Clip& before, const Clip& after, const FrameLabellerOptions
     if (image.size() != before.images[0].size()) {
       cv::resize(image, image, before.images[0].size(), 0, 0, cv::INTER_AREA);
     }
-    const auto frame = labeller->Process(FrameOf(t, image));
-    ASSERT_TRUE(frame.ok()) << frame.status();
+    const auto frame = Value(labeller->Process(FrameOf(t, image)));
     if (t == kPictures) {
-      EXPECT_EQ(frame->outcome, LabelOutcome::kTooFewMatches) << frame->reason;
-      EXPECT_FALSE(frame->reason.empty());
-      EXPECT_EQ(frame->size(), 0);
+      EXPECT_EQ(frame.outcome, LabelOutcome::kTooFewMatches) << frame.reason;
+      EXPECT_FALSE(frame.reason.empty());
+      EXPECT_EQ(frame.size(), 0);
     } else if (t > 0) {
-      EXPECT_EQ(frame->outcome, LabelOutcome::kLabelled) << t << ": " << frame->reason;
-      EXPECT_GE(frame->first_index, t < kPictures ? 0 : kPictures);
+      EXPECT_EQ(frame.outcome, LabelOutcome::kLabelled) << t << ": " << frame.reason;
+      EXPECT_GE(frame.first_index, t < kPictures ? 0 : kPictures);
     }
   }
 }
@@ -159,10 +141,9 @@ TEST(Cut, NoPairReachesAcross) {
   const auto labeller = MakeLabeller(options);
   std::vector<LabelOutcome> outcomes;
   for (int t = 0; t < 2 * kPictures; ++t) {
-    const auto frame =
-        labeller->Process(FrameOf(t, t < kPictures ? one.images[t] : other.images[t - kPictures]));
-    ASSERT_TRUE(frame.ok()) << frame.status();
-    outcomes.push_back(frame->outcome);
+    const auto frame = Value(
+        labeller->Process(FrameOf(t, t < kPictures ? one.images[t] : other.images[t - kPictures])));
+    outcomes.push_back(frame.outcome);
   }
   using enum LabelOutcome;
   EXPECT_EQ(outcomes, (std::vector<LabelOutcome>{kNoPair, kNoPair, kLabelled, kTooFewMatches,
@@ -173,16 +154,14 @@ TEST(Cut, RealVideosJoined) {
   const char* folder = std::getenv("EGOSIEVE_DATA");
   if (folder == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA does not name a folder of real data";
   std::vector<Clip> clips;
-  for (const char* input : kInputs) clips.push_back(ReadClip(folder, input, kPictures));
+  for (const std::string& input : RealInputs()) clips.push_back(ReadClip(folder, input, kPictures));
   size_t join = 0;
   for (size_t i = 0; i < clips.size(); ++i) {
     for (size_t j = 0; j < i; ++j) {
-      if (join++ % kJoinStep != 0) continue;
+      if (join++ % (AllFrames() ? 1 : 11) != 0) continue;
       ExpectCut(clips[i], clips[j], {});
       ExpectCut(clips[j], clips[i], FrameLabellerOptions::Paper());
-#ifdef EGOSIEVE_EVERY_FRAME
-      ExpectCut(clips[j], clips[i], {});
-#endif
+      if (AllFrames()) ExpectCut(clips[j], clips[i], {});
     }
   }
 }
@@ -190,14 +169,13 @@ TEST(Cut, RealVideosJoined) {
 TEST(Cut, RealVideosHaveNone) {
   const char* folder = std::getenv("EGOSIEVE_DATA");
   if (folder == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA does not name a folder of real data";
-  for (const char* input : kInputs) {
-    const Clip clip = ReadClip(folder, input, kFramesOfAnInput);
+  for (const std::string& input : RealInputs()) {
+    const Clip clip = ReadClip(folder, input, AllFrames() ? INT_MAX : 6);
     const auto labeller = MakeLabeller({});
     for (size_t t = 0; t < clip.images.size(); ++t) {
-      const auto frame = labeller->Process(FrameOf(static_cast<int64_t>(t), clip.images[t]));
-      ASSERT_TRUE(frame.ok()) << frame.status();
-      EXPECT_EQ(frame->outcome, t == 0 ? LabelOutcome::kNoPair : LabelOutcome::kLabelled)
-          << input << ", frame " << t << ": " << frame->reason;
+      const auto frame = Value(labeller->Process(FrameOf(static_cast<int64_t>(t), clip.images[t])));
+      EXPECT_EQ(frame.outcome, t == 0 ? LabelOutcome::kNoPair : LabelOutcome::kLabelled)
+          << input << ", frame " << t << ": " << frame.reason;
     }
   }
 }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <memory>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "vision/image/node_grid.h"
 #include "vision/labelling/outlook.h"

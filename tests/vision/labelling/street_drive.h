@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "vision/frame/frame.h"
+#include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/synthetic/street.h"
 
@@ -23,6 +24,9 @@ struct DrivePicture {
 // A scenario of the catalogue, 400 x 240, its scene changed by `edit`.
 Scenario EditedScenario(const std::string& name, uint64_t seed,
                         const std::function<void(Scene&)>& edit);
+
+// In picture widths.
+double FocalRatioOf(const Scenario& scenario);
 
 // Frames first .. first + count - 1 of the scenario, their own indices kept.
 std::vector<DrivePicture> PicturesOf(const Scenario& scenario, int first, int count);
@@ -44,6 +48,10 @@ struct LabelCounts {
 
 // Labels against the truth; places within two pixels of a mover's outline count as neither.
 LabelCounts Count(const LabelledFrame& labels, const cv::Mat& movers);
+
+// The last picture's labels, of a labeller that was shown all.
+LabelledFrame LastLabels(const FrameLabellerOptions& options,
+                         const std::vector<DrivePicture>& pictures);
 
 }  // namespace egosieve::vision
 

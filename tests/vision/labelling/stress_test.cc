@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "tests/testing/status.h"
 #include "tests/vision/labelling/feature_evaluation.h"
 #include "tests/vision/labelling/same_labels.h"
 #include "tests/vision/labelling/textured_scene.h"
@@ -82,12 +83,11 @@ TEST(Stress, GivesADefinedOutcomeAndTheDriveGoesOn) {
       SCOPED_TRACE(::testing::Message() << stress.name << (options.is_paper ? ", paper" : ""));
       auto labeller = MakeLabeller(options);
       ASSERT_TRUE(labeller->Process(FrameOf(0, stress.image(0))).ok());
-      const auto labelled = labeller->Process(FrameOf(1, stress.image(1)));
-      ASSERT_TRUE(labelled.ok()) << labelled.status();
-      ExpectWellFormed(*labelled);
-      if (!options.is_paper || labelled->outcome != LabelOutcome::kTooFewFeatures) {
-        EXPECT_THAT(stress.allowed, ::testing::Contains(labelled->outcome))
-            << Name(labelled->outcome) << ": " << labelled->reason;
+      const auto labelled = Value(labeller->Process(FrameOf(1, stress.image(1))));
+      ExpectWellFormed(labelled);
+      if (!options.is_paper || labelled.outcome != LabelOutcome::kTooFewFeatures) {
+        EXPECT_THAT(stress.allowed, ::testing::Contains(labelled.outcome))
+            << Name(labelled.outcome) << ": " << labelled.reason;
       }
     }
   }
@@ -96,10 +96,9 @@ TEST(Stress, GivesADefinedOutcomeAndTheDriveGoesOn) {
 TEST(Stress, FramesOfAnotherSizeStartAnew) {
   auto labeller = MakeLabeller({});
   ASSERT_TRUE(labeller->Process(WallFrame(0)).ok());
-  const auto changed = labeller->Process(FrameOf(1, Texture(100, 90, 1)));
-  ASSERT_TRUE(changed.ok());
-  EXPECT_EQ(changed->outcome, LabelOutcome::kSizeChanged);
-  ExpectWellFormed(*changed);
+  const auto changed = Value(labeller->Process(FrameOf(1, Texture(100, 90, 1))));
+  EXPECT_EQ(changed.outcome, LabelOutcome::kSizeChanged);
+  ExpectWellFormed(changed);
   const auto back = labeller->Process(WallFrame(2));
   EXPECT_EQ(back->outcome, LabelOutcome::kSizeChanged);
   EXPECT_EQ(labeller->Process(WallFrame(3))->outcome, LabelOutcome::kLabelled);
@@ -110,28 +109,9 @@ TEST(Stress, TinyFrames) {
     for (const int side : {1, 2, 5, 15, 16, 17, 33}) {
       auto labeller = MakeLabeller(options);
       ASSERT_TRUE(labeller->Process(FrameOf(0, Texture(side, side, 1))).ok()) << side;
-      const auto labelled = labeller->Process(FrameOf(1, Texture(side, side, 2)));
-      ASSERT_TRUE(labelled.ok()) << side << labelled.status();
-      ExpectWellFormed(*labelled);
+      const auto labelled = Value(labeller->Process(FrameOf(1, Texture(side, side, 2))));
+      ExpectWellFormed(labelled);
     }
-  }
-}
-
-// A camera that stands still among movers: nothing moves but they.
-TEST(Stress, StandingCameraIsFoundStatic) {
-  const cv::Mat wall = Texture(kWidth, kHeight, 70), square = Texture(50, 50, 71);
-  auto labeller = MakeLabeller({});
-  for (int t = 0; t < 3; ++t) {
-    cv::Mat image = wall.clone();
-    square.copyTo(image(cv::Rect(40 + 5 * t, 60, 50, 50)));
-    const auto labelled = labeller->Process(FrameOf(t, image));
-    ASSERT_TRUE(labelled.ok());
-    if (t == 0) continue;
-    ASSERT_EQ(labelled->outcome, LabelOutcome::kLabelled) << labelled->reason;
-    EXPECT_EQ(labelled->motion_model, MotionModelKind::kStatic);
-    cv::Mat mask = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
-    mask(cv::Rect(40 + 5 * t, 60, 50, 50)).setTo(255);
-    EXPECT_GT(ScoreAgainstMask(*labelled, mask).label_auc.value_or(0), 0.95);
   }
 }
 

@@ -1,10 +1,10 @@
 #include "vision/masks/mover_tracker.h"
 
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "vision/masks/mask_image.h"
 
 namespace egosieve::vision {
@@ -134,13 +134,12 @@ TEST(MoverTracker, GoesOnAfterRestoreToTheLastBit) {
                                     {{120, 25, 30, 30}, -4, kBlue}};
   MoverTracker whole({});
   for (int t = 0; t < 5; ++t) Track(whole, bodies, t);
-  absl::StatusOr<MoverTracker> restored = MoverTracker::Restore({}, whole.ToText());
-  ASSERT_TRUE(restored.ok()) << restored.status();
+  MoverTracker restored = Value(MoverTracker::Restore({}, whole.ToText()));
   for (int t = 5; t < 14; ++t) {
-    const cv::Mat1w expected = Track(whole, bodies, t), found = Track(*restored, bodies, t);
+    const cv::Mat1w expected = Track(whole, bodies, t), found = Track(restored, bodies, t);
     EXPECT_EQ(cv::countNonZero(expected != found), 0) << t;
   }
-  EXPECT_EQ(whole.ToText(), restored->ToText());
+  EXPECT_EQ(whole.ToText(), restored.ToText());
   EXPECT_FALSE(MoverTracker::Restore({}, "{}").ok());
   EXPECT_FALSE(MoverTracker::Restore({}, "not json").ok());
 }

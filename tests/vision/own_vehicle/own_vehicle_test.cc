@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <string>
 #include <vector>
 
 namespace egosieve::vision {
@@ -165,11 +164,10 @@ TEST(OwnVehicle, ABlankBonnetIsFoundByItsEdge) {
 TEST(OwnVehicle, OptionsNameWhatIsWrong) {
   OwnVehicleOptions options;
   options.agreeing_share = 1.5;
-  EXPECT_NE(std::string(options.Validate().message()).find("agreeing_share is 1.5"),
-            std::string::npos);
+  EXPECT_THAT(options.Validate().message(), testing::HasSubstr("agreeing_share is 1.5"));
   options = {};
   options.least_evidence = 0.0;
-  EXPECT_NE(std::string(options.Validate().message()).find("least_evidence"), std::string::npos);
+  EXPECT_THAT(options.Validate().message(), testing::HasSubstr("least_evidence"));
 }
 
 }  // namespace

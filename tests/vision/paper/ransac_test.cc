@@ -7,6 +7,7 @@
 #include <cstring>
 #include <vector>
 
+#include "tests/testing/status.h"
 #include "tests/vision/geometry/synthetic_pairs.h"
 #include "vision/geometry/residual.h"
 
@@ -47,12 +48,11 @@ TEST(EstimateFundamental, FitsTheStaticWorldAsWellAsTheTruth) {
       const SyntheticPairs scene = NoisyScene(motion, 0.2, seed);
       RansacOptions ransac;
       ransac.seed = seed;
-      const auto result = EstimateFundamental(scene.pairs, ransac);
-      ASSERT_TRUE(result.ok()) << result.status();
+      const auto result = Value(EstimateFundamental(scene.pairs, ransac));
       const double truth = StaticRms(scene, scene.fundamental, SampsonDistance);
       EXPECT_NEAR(truth, 0.3, 0.03) << "the test's own scene";
-      EXPECT_LT(StaticRms(scene, result->matrix, SampsonDistance), 1.15 * truth) << seed;
-      EXPECT_LT(std::abs(result->matrix.determinant()), 1e-12);
+      EXPECT_LT(StaticRms(scene, result.matrix, SampsonDistance), 1.15 * truth) << seed;
+      EXPECT_LT(std::abs(result.matrix.determinant()), 1e-12);
     }
   }
 }
@@ -63,9 +63,8 @@ TEST(EstimateHomography, FitsAsWellAsTheTruth) {
       const SyntheticPairs scene = NoisyScene(motion, 0.3, seed);
       RansacOptions ransac;
       ransac.seed = seed;
-      const auto result = EstimateHomography(scene.pairs, ransac);
-      ASSERT_TRUE(result.ok()) << result.status();
-      EXPECT_LT(StaticRms(scene, result->matrix, TransferDistance),
+      const auto result = Value(EstimateHomography(scene.pairs, ransac));
+      EXPECT_LT(StaticRms(scene, result.matrix, TransferDistance),
                 1.05 * StaticRms(scene, scene.homography, TransferDistance))
           << seed;
     }
@@ -77,9 +76,8 @@ TEST(EstimateFundamental, NinetyFivePercentOutliersEndInBoundedWork) {
   options.mover_share = 0.0;
   options.outlier_share = 0.95;
   RansacOptions ransac;
-  const auto result = EstimateFundamental(MakeSyntheticPairs(options).pairs, ransac);
-  ASSERT_TRUE(result.ok());
-  EXPECT_LE(result->iterations, 2000);
+  const auto result = Value(EstimateFundamental(MakeSyntheticPairs(options).pairs, ransac));
+  EXPECT_LE(result.iterations, 2000);
 }
 
 TEST(Ransac, SameSeedSameBytes) {
@@ -87,14 +85,12 @@ TEST(Ransac, SameSeedSameBytes) {
   options.outlier_share = 0.3;
   const SyntheticPairs scene = MakeSyntheticPairs(options);
   for (const auto estimate : {EstimateFundamental, EstimateHomography}) {
-    const auto a = estimate(scene.pairs, {}), b = estimate(scene.pairs, {});
-    ASSERT_TRUE(a.ok() && b.ok());
-    EXPECT_EQ(std::memcmp(a->matrix.data(), b->matrix.data(), sizeof(double) * 9), 0);
+    const auto a = Value(estimate(scene.pairs, {})), b = Value(estimate(scene.pairs, {}));
+    EXPECT_EQ(std::memcmp(a.matrix.data(), b.matrix.data(), sizeof(double) * 9), 0);
     RansacOptions other;
     other.seed = 99;
-    const auto c = estimate(scene.pairs, other);
-    ASSERT_TRUE(c.ok());
-    EXPECT_NE(std::memcmp(a->matrix.data(), c->matrix.data(), sizeof(double) * 9), 0)
+    const auto c = Value(estimate(scene.pairs, other));
+    EXPECT_NE(std::memcmp(a.matrix.data(), c.matrix.data(), sizeof(double) * 9), 0)
         << "the seed has no effect";
   }
 }
@@ -104,7 +100,7 @@ TEST(Ransac, DegenerateInputsAreErrorsNotCrashes) {
   for (int i = 0; i < 200; ++i) collinear.push_back({1.0 * i, 3.0 * i, 1.0 * i + 2, 3.0 * i - 5});
   const std::vector<PointPair> identical(200, PointPair{1, 2, 3, 4});
   for (const auto estimate : {EstimateFundamental, EstimateHomography}) {
-    EXPECT_EQ(estimate(few, {}).status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(estimate(few, {}), IsInvalid());
     EXPECT_EQ(estimate(identical, {}).status().code(), absl::StatusCode::kNotFound);
     EXPECT_EQ(estimate(collinear, {}).status().code(), absl::StatusCode::kNotFound);
   }

@@ -6,10 +6,8 @@
 #define EGOSIEVE_TESTS_VISION_SEGMENTATION_DISTURBED_DRIVE_H_
 
 #include <cstdint>
-#include <functional>
 #include <opencv2/core.hpp>
 #include <string>
-#include <vector>
 
 namespace egosieve::vision {
 

@@ -8,6 +8,7 @@
 
 #include "gp/covariance/hyperparameters.h"
 #include "kernels/runtime/context.h"
+#include "tests/testing/status.h"
 #include "vision/segmentation/learner_model.h"
 #include "vision/segmentation/rows.h"
 
@@ -28,11 +29,10 @@ class FrameCalibration : public testing::Test {
       if (i % 20 == 10) held.push_back(i);
     }
     left_ = Complement(kPlaces, held);
-    const auto context = kernels::OpenContext();
-    ASSERT_TRUE(context.ok()) << context.status();
+    const auto context = Value(kernels::OpenContext());
     const auto theta =
         gp::DefaultHyperparameters(kernels::CovarianceFunction::kSquaredExponential, 2);
-    auto model = LearnerModel::Create(*context, theta, {});
+    auto model = LearnerModel::Create(context, theta, {});
     ASSERT_TRUE(model.ok()) << model.status();
     const std::vector<float> points = GatherRows(Inputs(), held);
     ASSERT_TRUE(model
@@ -40,9 +40,7 @@ class FrameCalibration : public testing::Test {
                                                           static_cast<int64_t>(held.size()), 2),
                           Gather(labels_, held), 0)
                     .ok());
-    const auto posterior = model->MakePosterior({});
-    ASSERT_TRUE(posterior.ok()) << posterior.status();
-    posterior_ = *posterior;
+    posterior_ = Value(model->MakePosterior({}));
   }
 
   kernels::ConstMatrixView<float> Inputs() const {
@@ -56,8 +54,7 @@ class FrameCalibration : public testing::Test {
 };
 
 TEST_F(FrameCalibration, ProbabilitiesFollowTheFramesOwnPlacesAndShare) {
-  const auto squash = FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 400, 1, {});
-  ASSERT_TRUE(squash.ok()) << squash.status();
+  const auto squash = Value(FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 400, 1, {}));
   std::vector<float> mean(kPlaces), variance(kPlaces);
   kernels::PosteriorOutputs outputs;
   outputs.mean = mean.data();
@@ -65,25 +62,24 @@ TEST_F(FrameCalibration, ProbabilitiesFollowTheFramesOwnPlacesAndShare) {
   ASSERT_TRUE(posterior_->Evaluate(Inputs(), outputs).ok());
   double sum = 0.0, labels = 0.0, before = 0.0;
   for (int i = 0; i < kPlaces; ++i) {
-    sum += squash->Probability(mean[i], variance[i]);
+    sum += squash.Probability(mean[i], variance[i]);
     before += gp::SquashParameters().Probability(mean[i], variance[i]);
     labels += labels_[i];
   }
   // A probit with a free offset matches means nearly, not exactly.
   EXPECT_NEAR(sum / kPlaces, labels / kPlaces, 0.02);
   EXPECT_GT(std::abs(before - labels) / kPlaces, 0.04);
-  EXPECT_GT(squash->Probability(mean[970], variance[970]), 0.7);
-  EXPECT_LT(squash->Probability(mean[500], variance[500]), 0.05);
+  EXPECT_GT(squash.Probability(mean[970], variance[970]), 0.7);
+  EXPECT_LT(squash.Probability(mean[500], variance[500]), 0.05);
 }
 
 TEST_F(FrameCalibration, SameSeedSameFit) {
-  const auto one = FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 200, 7, {});
-  const auto two = FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 200, 7, {});
-  const auto other = FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 200, 8, {});
-  ASSERT_TRUE(one.ok() && two.ok() && other.ok());
-  EXPECT_EQ(one->a, two->a);
-  EXPECT_EQ(one->b, two->b);
-  EXPECT_NE(one->b, other->b);
+  const auto one = Value(FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 200, 7, {}));
+  const auto two = Value(FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 200, 7, {}));
+  const auto other = Value(FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 200, 8, {}));
+  EXPECT_EQ(one.a, two.a);
+  EXPECT_EQ(one.b, two.b);
+  EXPECT_NE(one.b, other.b);
 }
 
 }  // namespace

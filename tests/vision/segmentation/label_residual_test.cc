@@ -1,7 +1,6 @@
 #include "vision/segmentation/label_residual.h"
 
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "gtest/gtest.h"

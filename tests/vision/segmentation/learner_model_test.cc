@@ -4,6 +4,7 @@
 
 #include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::vision {
 namespace {
@@ -37,13 +38,10 @@ class LearnerModelTest : public testing::TestWithParam<ModelKind> {
     LearnerModelOptions options;
     options.kind = GetParam();
     options.sparse.inducing_points = 40;
-    auto context = kernels::OpenContext();
-    EXPECT_TRUE(context.ok()) << context.status();
-    auto model = LearnerModel::Create(
-        *context, gp::DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension),
-        options);
-    EXPECT_TRUE(model.ok()) << model.status();
-    return *std::move(model);
+    auto context = Value(kernels::OpenContext());
+    return Value(LearnerModel::Create(
+        context, gp::DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension),
+        options));
   }
 
   static std::vector<float> Map(const LearnerModel& model) {
@@ -51,9 +49,8 @@ class LearnerModelTest : public testing::TestWithParam<ModelKind> {
     std::vector<float> probability(queries.labels.size());
     kernels::PosteriorOutputs outputs;
     outputs.probability = probability.data();
-    const auto posterior = model.MakePosterior({});
-    EXPECT_TRUE(posterior.ok()) << posterior.status();
-    EXPECT_TRUE((*posterior)->Evaluate(queries.view(), outputs).ok());
+    const auto posterior = Value(model.MakePosterior({}));
+    EXPECT_TRUE(posterior->Evaluate(queries.view(), outputs).ok());
     return probability;
   }
 
@@ -107,14 +104,11 @@ TEST(SparseLearnerModelTest, DependsOnItsPointsAndNotOnItsHistory) {
   LearnerModelOptions options;
   options.kind = ModelKind::kSparse;
   options.sparse.inducing_points = 40;
-  auto context = kernels::OpenContext();
-  ASSERT_TRUE(context.ok()) << context.status();
+  auto context = Value(kernels::OpenContext());
   const auto make = [&] {
-    auto model = LearnerModel::Create(
-        *context, gp::DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension),
-        options);
-    EXPECT_TRUE(model.ok()) << model.status();
-    return *std::move(model);
+    return Value(LearnerModel::Create(
+        context, gp::DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension),
+        options));
   };
   const Points first = MakePoints(120, 1), second = MakePoints(5, 2);
   LearnerModel model = make();
@@ -133,7 +127,7 @@ TEST(LearnerModelOptionsTest, TheSubsetOfRegressorsIsRefused) {
   LearnerModelOptions options;
   EXPECT_TRUE(options.Validate().ok());
   options.sparse.approximation = gp::SparseApproximation::kSubsetOfRegressors;
-  EXPECT_EQ(options.Validate().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(options.Validate(), IsInvalid());
 }
 
 }  // namespace

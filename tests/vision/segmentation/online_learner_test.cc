@@ -4,12 +4,12 @@
 #include <memory>
 #include <numeric>
 #include <random>
-#include <utility>
 #include <vector>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
+#include "tests/testing/status.h"
 #include "vision/segmentation/online_segmenter.h"
 
 namespace egosieve::vision {
@@ -44,18 +44,16 @@ struct Street {
 };
 
 std::unique_ptr<OnlineLearner> MakeLearner(const OnlineLearnerOptions& options) {
-  auto learner = OnlineLearner::Create(*kernels::OpenContext(), kDimension, options);
-  EXPECT_TRUE(learner.ok()) << learner.status();
-  return *std::move(learner);
+  return Value(OnlineLearner::Create(*kernels::OpenContext(), kDimension, options));
 }
 
 void LearnStreet(int frame, OnlineLearner& learner) {
   const Street street(static_cast<uint64_t>(frame));
   FrameRecord record;
-  const absl::Status status = learner.Learn(
-      kernels::ConstMatrixView<float>(street.inputs.data(), street.size(), kDimension),
-      street.labels, frame, record);
-  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(learner.Learn(
+                kernels::ConstMatrixView<float>(street.inputs.data(), street.size(), kDimension),
+                street.labels, frame, record),
+            absl::OkStatus());
 }
 
 std::vector<double> Targets(const OnlineLearner& learner) {
@@ -101,14 +99,13 @@ TEST(OnlineLearner, GoesOnFromACheckpointWithItsMeanLabel) {
   const OnlineLearnerOptions paper = OnlineSegmenterOptions::Paper().learner;
   const auto learner = MakeLearner(paper), restored = MakeLearner(paper);
   for (int frame = 1; frame <= 3; ++frame) LearnStreet(frame, *learner);
-  auto checkpoint = learner->Checkpoint();
-  ASSERT_TRUE(checkpoint.ok()) << checkpoint.status();
-  ASSERT_TRUE(restored->Restore(*checkpoint).ok());
+  auto checkpoint = Value(learner->Checkpoint());
+  ASSERT_TRUE(restored->Restore(checkpoint).ok());
   EXPECT_EQ(restored->zero_label(), learner->zero_label());
   for (OnlineLearner* each : {learner.get(), restored.get()}) LearnStreet(4, *each);
   EXPECT_EQ(Targets(*restored), Targets(*learner));
-  checkpoint->annotations.clear();
-  EXPECT_EQ(restored->Restore(*checkpoint).code(), absl::StatusCode::kInvalidArgument);
+  checkpoint.annotations.clear();
+  EXPECT_THAT(restored->Restore(checkpoint), IsInvalid());
   EXPECT_EQ(Targets(*restored), Targets(*learner));
 }
 
@@ -132,7 +129,7 @@ TEST(OnlineLearner, TheZeroLabelIsChecked) {
   OnlineLearnerOptions options;
   for (const double wrong : {0.0, -0.1, 0.6, std::nan("")}) {
     options.zero_label = wrong;
-    EXPECT_THAT(std::string(options.Validate().message()), testing::HasSubstr("zero_label"));
+    EXPECT_THAT(options.Validate().message(), testing::HasSubstr("zero_label"));
   }
 }
 

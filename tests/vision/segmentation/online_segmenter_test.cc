@@ -1,11 +1,11 @@
 #include "vision/segmentation/online_segmenter.h"
 
-#include <algorithm>
 #include <memory>
 #include <vector>
 
 #include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
+#include "tests/testing/status.h"
 #include "tests/vision/segmentation/moving_square.h"
 
 namespace egosieve::vision {
@@ -15,17 +15,12 @@ class OnlineSegmenterTest : public testing::Test {
  protected:
   static std::unique_ptr<OnlineSegmenter> MakeSegmenter(OnlineSegmenterOptions options) {
     options.learner.training.annealing_evaluations = 20;
-    auto context = kernels::OpenContext();
-    EXPECT_TRUE(context.ok()) << context.status();
-    auto segmenter = OnlineSegmenter::Create(*context, options);
-    EXPECT_TRUE(segmenter.ok()) << segmenter.status();
-    return *std::move(segmenter);
+    auto context = Value(kernels::OpenContext());
+    return Value(OnlineSegmenter::Create(context, options));
   }
 
   OnlineSegmenter::Result Process(OnlineSegmenter& segmenter, const Frame& frame) {
-    auto result = segmenter.Process(frame);
-    EXPECT_TRUE(result.ok()) << result.status();
-    return *std::move(result);
+    return Value(segmenter.Process(frame));
   }
 
   // The share of pairs (pixel of the square, other pixel) that the map orders rightly.
@@ -165,10 +160,10 @@ TEST(OnlineSegmenterOptionsTest, ValidateNamesFieldAndValue) {
   EXPECT_EQ(options.Validate().message(), "stride_pixels = 0; it must be at least 1");
   options = OnlineSegmenterOptions();
   options.learner.calibration_sample_size = 1;
-  EXPECT_EQ(options.Validate().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(options.Validate(), IsInvalid());
   options = OnlineSegmenterOptions();
   options.learner.model_density.radius = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(options.Validate().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(options.Validate(), IsInvalid());
 }
 
 }  // namespace

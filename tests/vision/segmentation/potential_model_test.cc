@@ -1,7 +1,6 @@
 #include "vision/segmentation/potential_model.h"
 
 #include <cmath>
-#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -38,9 +37,9 @@ class PotentialModelTest : public testing::Test {
 
   // One frame of what was added.
   void Learn(PotentialModel& model, double seconds) {
-    const absl::Status status = model.Learn(
-        seconds, {descriptors_.data(), static_cast<int64_t>(labels_.size()), 6}, labels_);
-    EXPECT_TRUE(status.ok()) << status;
+    EXPECT_EQ(model.Learn(seconds, {descriptors_.data(), static_cast<int64_t>(labels_.size()), 6},
+                          labels_),
+              absl::OkStatus());
     descriptors_.clear();
     labels_.clear();
   }

@@ -1,7 +1,5 @@
 #include "vision/statistics/densest_window.h"
 
-#include <vector>
-
 #include "gtest/gtest.h"
 
 namespace egosieve::vision {

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <random>
-#include <vector>
 
 namespace egosieve::vision {
 namespace {

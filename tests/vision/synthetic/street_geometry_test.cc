@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "tests/testing/status.h"
 #include "tests/vision/synthetic/fundamental_matrix.h"
 #include "vision/synthetic/camera.h"
 #include "vision/synthetic/ray_caster.h"
@@ -21,9 +22,7 @@ using Eigen::Vector3d;
 Scenario Make(const char* name, bool clean) {
   ScenarioOptions options;
   options.noise = options.motion_blur = !clean;
-  absl::StatusOr<Scenario> scenario = MakeScenario(name, 3, options);
-  EXPECT_TRUE(scenario.ok()) << scenario.status();
-  return *std::move(scenario);
+  return Value(MakeScenario(name, 3, options));
 }
 
 Vector3d World(const Intrinsics& k, const Pose& pose, double x, double y, double depth) {

@@ -198,7 +198,7 @@ TEST(TwoViewMotion, OptionsNameWhatIsWrong) {
   TwoViewMotionOptions options;
   EXPECT_TRUE(options.Validate().ok());
   options.directions = 3;
-  EXPECT_NE(std::string(options.Validate().message()).find("directions"), std::string::npos);
+  EXPECT_THAT(options.Validate().message(), testing::HasSubstr("directions"));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "kernels/cl/sources.h"
 
 #include <string>
-#include <string_view>
 
 #include "absl/strings/str_split.h"
 #include "gtest/gtest.h"

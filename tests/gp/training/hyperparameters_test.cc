@@ -6,6 +6,7 @@
 
 #include "gp/covariance/prior_variance.h"
 #include "gtest/gtest.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -21,10 +22,9 @@ TEST(Hyperparameters, LogarithmsGoThereAndBack) {
     EXPECT_TRUE(bounds.Validate(theta.count()).ok());
     const std::vector<double> logarithms = ToLogarithms(theta);
     EXPECT_TRUE(bounds.Contains(logarithms));
-    const auto back = FromLogarithms(function, logarithms);
-    ASSERT_TRUE(back.ok()) << back.status();
-    EXPECT_NEAR(back->noise_stddev, theta.noise_stddev, 1e-15);
-    EXPECT_NEAR(back->covariance.scales[2], theta.covariance.scales[2],
+    const auto back = Value(FromLogarithms(function, logarithms));
+    EXPECT_NEAR(back.noise_stddev, theta.noise_stddev, 1e-15);
+    EXPECT_NEAR(back.covariance.scales[2], theta.covariance.scales[2],
                 4e-15 * theta.covariance.scales[2]);
     EXPECT_NE(ToLogarithms(RandomHyperparameters(function, 6, bounds, 4)), logarithms);
   }
@@ -42,7 +42,7 @@ TEST(Hyperparameters, RefusesNonsense) {
   Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kArcsine, 2);
   for (const double bad : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
     theta.noise_stddev = bad;
-    EXPECT_EQ(theta.Validate().code(), absl::StatusCode::kInvalidArgument) << bad;
+    EXPECT_THAT(theta.Validate(), IsInvalid()) << bad;
   }
   EXPECT_FALSE(FromLogarithms(CovarianceFunction::kArcsine, {0.0, 0.0}).ok());
   EXPECT_FALSE(FromLogarithms(CovarianceFunction::kArcsine, {0.0, 0.0, 800.0, 0.0}).ok());
