@@ -10,6 +10,7 @@
 #include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tools/run_folder/run_folder.h"
@@ -140,9 +141,7 @@ class BatchTasks : public testing::Test {
   }
 
   ProgramOutcome RunBatch(const std::vector<std::string>& flags) const {
-    std::vector<std::string> words = {"batch", root_ + "/drives.toml"};
-    words.insert(words.end(), flags.begin(), flags.end());
-    return RunProgram(words);
+    return RunProgram(std::vector<std::string>{"batch", root_ + "/drives.toml"} + flags);
   }
 
   std::string root_;
@@ -153,19 +152,18 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
     return RunBatch({flag, "--then=refine,masks,render,report", "--masks_flags=" + masks});
   };
   for (int task = 0; task < 10; task += 2) {  // those of the first drive
-    const ProgramOutcome outcome = run(absl::StrCat("--task=", task));
-    EXPECT_EQ(outcome.code, 0) << task << ": " << outcome.err;
+    EXPECT_THAT(run(absl::StrCat("--task=", task)), Succeeds()) << task;
   }
   const ProgramOutcome status = run("--status");
   EXPECT_THAT(status.out, ContainsRegex("/out/a +done +5 of 5 +0 +8 +0 "));
   EXPECT_THAT(status.out, ContainsRegex("/out/b +not started +0 of 5 +0 +0 +0 "));
   const std::string alone = root_ + "/alone";
-  ASSERT_EQ(RunProgram({"segment", root_ + "/a/frames", "--out=" + alone, "--budget=100",
-                        "--stride=8", "--checkpoint_every=3"})
-                .code,
-            0);
-  ASSERT_EQ(RunProgram({"refine", alone}).code, 0);
-  ASSERT_EQ(RunProgram({"masks", alone, "--for=colmap", "--out=" + alone + ".masks"}).code, 0);
+  ASSERT_THAT(RunProgram({"segment", root_ + "/a/frames", "--out=" + alone, "--budget=100",
+                          "--stride=8", "--checkpoint_every=3"}),
+              Succeeds());
+  ASSERT_THAT(RunProgram({"refine", alone}), Succeeds());
+  ASSERT_THAT(RunProgram({"masks", alone, "--for=colmap", "--out=" + alone + ".masks"}),
+              Succeeds());
   for (const std::string file : {"/grid/000004.prob.png", "/masks/000004.png", "/ids/000007.png",
                                  "/tracks.csv", ".masks/000005.png.png"}) {
     const std::string expected = Value(ReadFile(alone + file));
@@ -194,8 +192,7 @@ TEST_F(BatchTasks, WhatNeedsAnotherStepIsDoneAgainWithIt) {
     std::string manifest = *ReadFile(root_ + "/drives.toml");
     manifest = "[defaults]\nrefine = {" + flags + "}\n" + manifest.substr(0, manifest.find("[b]"));
     EXPECT_TRUE(WriteFileAtomically(root_ + "/own.toml", manifest).ok());
-    const ProgramOutcome outcome = RunProgram({"batch", root_ + "/own.toml"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err << outcome.out;
+    EXPECT_THAT(RunProgram({"batch", root_ + "/own.toml"}), Succeeds());
     return std::filesystem::last_write_time(root_ + "/out/a/report.html");
   };
   const auto first = report_time("");
@@ -215,8 +212,7 @@ TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
   };
   EXPECT_THAT(run("--task=4").err, HasSubstr("'segment_1'"));
   for (int task = 0; task < 10; task += 2) {  // the first drive, to its report
-    const ProgramOutcome outcome = run(absl::StrCat("--task=", task));
-    EXPECT_EQ(outcome.code, 0) << task << ": " << outcome.err;
+    EXPECT_THAT(run(absl::StrCat("--task=", task)), Succeeds()) << task;
   }
   EXPECT_EQ(run("--task=3").code, 0) << "nothing to do";
   EXPECT_EQ(run("--task=2").code, 0) << "again";
@@ -228,7 +224,7 @@ TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
   };
   ASSERT_EQ(segment("p1", "--to=7"), 0);
   ASSERT_EQ(segment("p2", "--from=1"), 0);
-  ASSERT_EQ(RunProgram({"merge", root_ + "/p1", root_ + "/p2"}).code, 0);
+  ASSERT_THAT(RunProgram({"merge", root_ + "/p1", root_ + "/p2"}), Succeeds());
   // Pieces on this machine: the manifest as it is, but for its run folders.
   ASSERT_TRUE(WriteFileAtomically(
                   root_ + "/here.toml",
@@ -246,12 +242,9 @@ TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
 
 TEST_F(BatchTasks, StatusTellsWhatIsThereAtAnyTime) {
   EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +not started +0 of 3 +0 +0 +0 "));
-  ASSERT_EQ(RunBatch({"--task=0"}).code, 0);
+  ASSERT_THAT(RunBatch({"--task=0"}), Succeeds());
   EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +begun +1 of 3 +0 +8 +0 "));
-  const ProgramOutcome early = RunBatch({"--task=4"});
-  EXPECT_EQ(early.code, 2);
-  EXPECT_THAT(early.err, HasSubstr("'refine'"));
-  EXPECT_EQ(CountLines(early.err), 1);
+  EXPECT_THAT(RunBatch({"--task=4"}), EndsWithLine(2, "'refine'"));
   EXPECT_THAT(RunBatch({"--plan"}).out, ContainsRegex(" 3  .*/out/b  refine\n"));
   EXPECT_EQ(RunBatch({"--plan", "--task=1"}).code, 2);
   EXPECT_THAT(*ReadFile(root_ + "/out/batch.html"), HasSubstr("2 drives, 1 begun, 1 not started"));

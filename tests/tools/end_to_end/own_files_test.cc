@@ -11,6 +11,7 @@
 #include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/full_pipe.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
@@ -32,15 +33,10 @@ class OwnFiles : public testing::Test {
   }
 
   ProgramOutcome Segment(const std::string& input, std::vector<std::string> more = {}) const {
-    std::vector<std::string> arguments = {"segment",
-                                          input,
-                                          "--out=" + run_,
-                                          "--budget=150",
-                                          "--stride=8",
-                                          "--progress=none",
-                                          "--checkpoint_every=4"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return RunProgram(arguments);
+    return RunProgram(std::vector<std::string>{"segment", input, "--out=" + run_, "--budget=150",
+                                               "--stride=8", "--progress=none",
+                                               "--checkpoint_every=4"} +
+                      more);
   }
   ProgramOutcome SegmentFrames(std::vector<std::string> more = {}) const {
     return Segment(root_ + "/frames", std::move(more));
@@ -53,8 +49,9 @@ class OwnFiles : public testing::Test {
 };
 
 TEST_F(OwnFiles, ARunIsNotReplacedByWhatIsReadFromIt) {
-  ASSERT_EQ(SegmentFrames().code, 0);
-  ASSERT_EQ(RunProgram({"render", run_, "--images", "--no_video", "--progress=none"}).code, 0);
+  ASSERT_THAT(SegmentFrames(), Succeeds());
+  ASSERT_THAT(RunProgram({"render", run_, "--images", "--no_video", "--progress=none"}),
+              Succeeds());
   fs::create_symlink(run_ + "/render", root_ + "/link");
   fs::create_directories(root_ + "/links");
   for (int i = 0; i < kFrames; ++i) {
@@ -64,36 +61,33 @@ TEST_F(OwnFiles, ARunIsNotReplacedByWhatIsReadFromIt) {
   Keep();
   for (const std::string& input : {run_ + "/render", root_ + "/link", root_ + "/links",
                                    run_ + "/render/*.png", run_ + "/../run/render"}) {
-    const ProgramOutcome outcome = Segment(input, {"--overwrite"});
-    EXPECT_EQ(outcome.code, 2) << input << ": " << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("is or holds what is read")) << input;
-    EXPECT_EQ(CountLines(outcome.err), 1);
+    EXPECT_THAT(Segment(input, {"--overwrite"}), EndsWithLine(2, "is or holds what is read"))
+        << input;
     ASSERT_EQ(Changes(), "") << input;
   }
 }
 
 TEST_F(OwnFiles, ARunThatIsBeingWrittenIsNotReplaced) {
-  ASSERT_EQ(SegmentFrames().code, 0);
+  ASSERT_THAT(SegmentFrames(), Succeeds());
   Keep();
   {
     const FolderLock writer = Value(FolderLock::Take(run_));
     EXPECT_EQ(SegmentFrames({"--overwrite"}).code, 2);
     EXPECT_EQ(Changes(), "");
   }
-  EXPECT_EQ(SegmentFrames({"--overwrite"}).code, 0);
+  EXPECT_THAT(SegmentFrames({"--overwrite"}), Succeeds());
 }
 
 TEST_F(OwnFiles, MissingAndEmptyMapsAreMadeAgain) {
-  ASSERT_EQ(SegmentFrames().code, 0);
+  ASSERT_THAT(SegmentFrames(), Succeeds());
   Keep();
   fs::remove(run_ + "/grid/000006.prob.png");
   fs::resize_file(run_ + "/grid/000008.std.png", 0);
   const ProgramOutcome refine = RunProgram({"refine", run_, "--progress=none"});
-  EXPECT_EQ(refine.code, 3);
-  EXPECT_THAT(refine.err, HasSubstr("the map of frame 6"));
+  EXPECT_THAT(refine, EndsWithLine(3, "the map of frame 6"));
   EXPECT_THAT(refine.err, HasSubstr("egosieve segment --resume --out=" + run_));
   EXPECT_FALSE(fs::exists(run_ + "/full"));
-  EXPECT_EQ(SegmentFrames({"--resume"}).code, 0);
+  EXPECT_THAT(SegmentFrames({"--resume"}), Succeeds());
   EXPECT_EQ(Changes(), "");
   EXPECT_THAT(SegmentFrames({"--resume"}).out, HasSubstr("holds the whole run already"));
 }
@@ -102,26 +96,15 @@ TEST_F(OwnFiles, TheSecondCallHasTheExitCodeOfTheFirst) {
   const std::string torn = root_ + "/frames/000004.png";
   fs::resize_file(torn, fs::file_size(torn) / 2);
   for (int call = 0; call < 2; ++call) {
-    const ProgramOutcome outcome = SegmentFrames({"--resume"});
-    EXPECT_EQ(outcome.code, 4) << call;
-    EXPECT_THAT(outcome.err, HasSubstr("1 frames could not be read")) << call;
+    EXPECT_THAT(SegmentFrames({"--resume"}), EndsWithLine(4, "1 frames could not be read")) << call;
   }
 }
 
 // From before anything is written to the end, a signal is a request to end between two frames. What
 // comes before the program's first instruction, while the system loads its libraries, is not.
 TEST_F(OwnFiles, AnEarlySignalIsAnInterruption) {
-  constexpr int kLongestWait = 60000;  // steps of a millisecond, for a program that has crashed
-  constexpr int kManyFrames = 30;      // more than are under way at once
+  constexpr int kManyFrames = 30;  // more than are under way at once
   WritePatchDrive(root_, SmallPatchDrive(kManyFrames));
-  const auto catches_sigterm = [](pid_t process) {
-    const absl::StatusOr<std::string> status =
-        ReadFile(absl::StrFormat("/proc/%d/status", process));
-    if (!status.ok()) return false;
-    const size_t place = status->find("SigCgt:");
-    return place != std::string::npos &&
-           (std::stoull(status->substr(place + 7), nullptr, 16) >> (SIGTERM - 1) & 1) != 0;
-  };
   for (const int milliseconds : {0, 20, 60, 120, 300}) {
     fs::remove_all(run_);
     fs::remove(root_ + "/told");
@@ -132,10 +115,10 @@ TEST_F(OwnFiles, AnEarlySignalIsAnInterruption) {
                       "--no_first_pass", "--progress=json"},
                      root_ + "/out.txt", root_ + "/told");
     bool was_written = false;
-    for (int wait = 0; wait < kLongestWait && !catches_sigterm(process); ++wait) {
+    WaitUntil([&] {
       was_written = was_written || fs::exists(run_);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+      return Catches(process, SIGTERM);
+    });
     EXPECT_FALSE(was_written) << "something was written before signals were caught";
     std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
     kill(process, SIGTERM);
@@ -145,10 +128,9 @@ TEST_F(OwnFiles, AnEarlySignalIsAnInterruption) {
     if (fs::exists(run_ + "/run.json")) {
       EXPECT_EQ(RunFolder::Open(run_)->ReadDescription()->ended, "interrupted");
     }
-    const ProgramOutcome resumed =
-        RunProgram({"segment", root_ + "/frames", "--out=" + run_, "--budget=150", "--stride=8",
-                    "--no_first_pass", "--progress=none", "--resume"});
-    EXPECT_EQ(resumed.code, 0) << resumed.err;
+    EXPECT_THAT(RunProgram({"segment", root_ + "/frames", "--out=" + run_, "--budget=150",
+                            "--stride=8", "--no_first_pass", "--progress=none", "--resume"}),
+                Succeeds());
     EXPECT_EQ(RunFolder::Open(run_)->ReadLines()->size(), static_cast<size_t>(kManyFrames));
   }
 }

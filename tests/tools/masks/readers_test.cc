@@ -15,9 +15,11 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
+#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/run_command.h"
 #include "tools/masks/masks_command.h"
 #include "tools/run_folder/atomic_file.h"
@@ -124,11 +126,10 @@ class Readers : public testing::Test {
   }
 
   void Write(const std::string& format) const {
-    ASSERT_EQ(RunCommandForTest(MakeMasksCommand(),
-                                {run_.folder.path(), absl::StrCat("--for=", format),
-                                 absl::StrCat("--out=", root_, "/", format), "--progress=none"})
-                  .code,
-              0)
+    ASSERT_THAT(RunCommandForTest(MakeMasksCommand(),
+                                  {run_.folder.path(), absl::StrCat("--for=", format),
+                                   absl::StrCat("--out=", root_, "/", format), "--progress=none"}),
+                Succeeds())
         << format;
   }
 

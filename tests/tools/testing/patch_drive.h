@@ -24,6 +24,9 @@ cv::Mat1b PatchMask(const PatchDriveOptions& options, int index);
 // root/frames/NNNNNN.png and root/masks/NNNNNN.png; replaces what lies at `root`.
 void WritePatchDrive(const std::string& root, const PatchDriveOptions& options = {});
 
+// The first `frames` as a video of JPEGs, ten a second.
+void WritePatchVideo(const std::string& path, const PatchDriveOptions& options, int frames);
+
 }  // namespace egosieve::tools
 
 #endif  // EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_

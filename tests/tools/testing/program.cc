@@ -79,6 +79,13 @@ ProgramOutcome RunEvaluation(const std::vector<std::string>& arguments) {
   return Run("tools/evaluate/egosieve-eval", arguments);
 }
 
+bool Catches(pid_t process, int signal) {
+  const std::string status = Contents("/proc/" + std::to_string(process) + "/status");
+  const size_t place = status.find("SigCgt:");
+  return place != std::string::npos &&
+         (std::stoull(status.substr(place + 7), nullptr, 16) >> (signal - 1) & 1) != 0;
+}
+
 int CountLines(const std::string& text) {
   const int breaks = static_cast<int>(std::count(text.begin(), text.end(), '\n'));
   return breaks + (!text.empty() && text.back() != '\n');

@@ -3,6 +3,7 @@
 #define EGOSIEVE_TESTS_TOOLS_TESTING_PROGRAM_H_
 
 #include <sys/types.h>
+#include <unistd.h>
 
 #include <string>
 #include <vector>
@@ -25,6 +26,22 @@ ProgramOutcome RunEvaluation(const std::vector<std::string>& arguments);
 pid_t StartProgram(const std::vector<std::string>& arguments, const std::string& out_path,
                    const std::string& err_path);
 int WaitForProgram(pid_t process);
+
+// Whether the process has a handler for the signal.
+bool Catches(pid_t process, int signal);
+
+// Looks every millisecond, for a minute at most: a program may have crashed.
+template <typename Condition>
+bool WaitUntil(const Condition& condition) {
+  for (int i = 0; i < 60000 && !condition(); ++i) usleep(1000);
+  return condition();
+}
+
+inline std::vector<std::string> operator+(std::vector<std::string> words,
+                                          const std::vector<std::string>& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
 
 // What `text` has of lines, the last of which may lack its line break.
 int CountLines(const std::string& text);

@@ -1,0 +1,26 @@
+// How a program or a command ended.
+#ifndef EGOSIEVE_TESTS_TOOLS_TESTING_OUTCOME_H_
+#define EGOSIEVE_TESTS_TOOLS_TESTING_OUTCOME_H_
+
+#include <algorithm>
+#include <string>
+
+#include "gmock/gmock.h"
+
+namespace egosieve::tools {
+
+// An exit code, with one line on stderr that holds the words.
+MATCHER_P2(EndsWithLine, code, words, "") {
+  *result_listener << "exit code " << arg.code << ": " << arg.err;
+  return arg.code == code && arg.err.find(words) != std::string::npos &&
+         std::count(arg.err.begin(), arg.err.end(), '\n') == 1;
+}
+
+MATCHER(Succeeds, "") {
+  *result_listener << "exit code " << arg.code << ": " << arg.err;
+  return arg.code == 0;
+}
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TESTS_TOOLS_TESTING_OUTCOME_H_
