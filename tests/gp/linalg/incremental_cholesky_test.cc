@@ -15,6 +15,9 @@
 #include "tests/gp/linalg/random_matrices.h"
 #include "tests/testing/status.h"
 
+// There only in programs under the undefined behaviour sanitizer.
+extern "C" void __ubsan_handle_pointer_overflow() __attribute__((weak));
+
 namespace egosieve::gp {
 namespace {
 

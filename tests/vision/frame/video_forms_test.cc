@@ -1,7 +1,4 @@
 // Videos whose containers, names and pictures are not as their headers or their first picture say.
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -10,6 +7,11 @@
 #include <string>
 #include <variant>
 #include <vector>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+}
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"

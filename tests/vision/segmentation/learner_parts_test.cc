@@ -242,33 +242,5 @@ TEST(ExpectedOverlap, OfMapsWithoutAMaskIsTheChanceThatNothingMoves) {
   EXPECT_TRUE(std::isnan(ExpectedOverlap({})));
 }
 
-// A model that has no memory for a moment is no reason to go on with another: what it answers would
-// differ from an undisturbed run's, and nothing would tell.
-
-TEST(OutOfMemory, IsAnErrorWhicheverAllocationFails) {
-#ifdef EGOSIEVE_SANITIZER_ALLOCATES
-  GTEST_SKIP() << "the sanitizer has its own allocation";
-#endif
-  const MovingSquare drive;
-  auto options = OnlineSegmenterOptions::Default();
-  options.learner.training.annealing_evaluations = 20;
-  auto context = Value(kernels::OpenContext());
-  constexpr int64_t kCalls = 12;
-  for (int64_t call = 0; call <= kCalls; ++call) {
-    auto segmenter = Value(OnlineSegmenter::Create(context, options));
-    ASSERT_TRUE(segmenter->Process(drive.At(0)).ok());
-    auto extracted = Value(segmenter->Extract(drive.At(1)));
-    calls_until_refusal = call < kCalls ? call : -1;
-    const auto learnt = kernels::CatchExceptions(
-        [&] { return segmenter->Learn(drive.At(1), extracted, false, {}); });
-    const bool was_refused = call < kCalls && calls_until_refusal < 0;
-    calls_until_refusal = -1;
-    EXPECT_EQ(was_refused, call < kCalls) << "call " << call;
-    EXPECT_EQ(learnt.status().code(),
-              was_refused ? absl::StatusCode::kResourceExhausted : absl::StatusCode::kOk)
-        << "call " << call << ": " << learnt.status();
-  }
-}
-
 }  // namespace
 }  // namespace egosieve::vision

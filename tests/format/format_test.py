@@ -1,4 +1,4 @@
-"""Sizes: files of at most 450 lines, functions of at most 60, headers that open with a comment.
+"""Sizes: files of at most 450 lines, functions of at most 60, headers that open with a comment; and the layout of C and C++.
 
 A function is found by its closing brace, which clang-format sets under the beginning of its first line.
 """
@@ -6,6 +6,8 @@ A function is found by its closing brace, which clang-format sets under the begi
 import ast
 import os
 import re
+import shutil
+import subprocess
 import unittest
 
 FOLDERS = ('bench', 'gp', 'kernels', 'tests', 'tools', 'vision')
@@ -75,6 +77,14 @@ class Sizes(unittest.TestCase):
     def test_headers_open_with_a_comment(self):
         found = {path for path, lines in sources() if path.endswith(('.h', '.hpp')) and not lines[0].startswith(('//', '/*'))}
         self.assertEqual(found, set())
+
+    def test_layout(self):
+        """As clang-format 14 (Debian 12's) leaves it; other versions lay out some things otherwise."""
+        if not shutil.which('clang-format') or b'version 14.' not in subprocess.check_output(['clang-format', '--version']):
+            self.skipTest('there is no clang-format 14')
+        root = os.path.dirname(os.path.realpath('run'))
+        files = [path for path, _ in sources() if path.endswith(C_LIKE[:4])]
+        subprocess.run(['clang-format', '--dry-run', '-Werror', *files], cwd=root, check=True)
 
     def test_would_notice(self):
         text = ['absl::Status Class::Method(int a,', '                           int b) {', *['  call();'] * 60, '}', '',
