@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "gtest/gtest.h"
 #include "kernels/reference/covariance.h"
 #include "kernels/runtime/opencl_context.h"
 #include "tests/testing/status.h"

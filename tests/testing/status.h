@@ -1,4 +1,4 @@
-// Values and statuses of calls, for tests.
+// Values and statuses of calls, for tests; GoogleTest and GoogleMock come with it.
 #ifndef EGOSIEVE_TESTS_TESTING_STATUS_H_
 #define EGOSIEVE_TESTS_TESTING_STATUS_H_
 

@@ -11,9 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "gmock/gmock.h"
 #include "gp/io/array_file.h"
-#include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/testing/status.h"
 

@@ -8,9 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
-#include "gmock/gmock.h"
 #include "gp/linalg/cholesky.h"
-#include "gtest/gtest.h"
 #include "kernels/base/parallel_for.h"
 #include "tests/gp/linalg/random_matrices.h"
 #include "tests/testing/status.h"

@@ -6,7 +6,6 @@
 
 #include "gp/linalg/matrix_product.h"
 #include "gp/linalg/normal_samples.h"
-#include "gtest/gtest.h"
 #include "kernels/base/parallel_for.h"
 #include "tests/gp/linalg/random_matrices.h"
 #include "tests/testing/status.h"

@@ -9,7 +9,6 @@
 
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
-#include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/testing/status.h"
 

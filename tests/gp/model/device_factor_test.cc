@@ -7,10 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "gmock/gmock.h"
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
-#include "gtest/gtest.h"
 #include "kernels/ops/exact_regression.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/kernels/failing_calls.h"

@@ -9,9 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "gmock/gmock.h"
 #include "gp/covariance/prior_variance.h"
-#include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/testing/status.h"
 

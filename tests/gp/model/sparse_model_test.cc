@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "gp/model/exact_model.h"
-#include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/testing/status.h"
 

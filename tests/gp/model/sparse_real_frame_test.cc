@@ -11,7 +11,6 @@
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
-#include "gtest/gtest.h"
 #include "kernels/ops/box_means.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/testing/status.h"

@@ -4,11 +4,9 @@
 #include <numeric>
 #include <vector>
 
-#include "gmock/gmock.h"
 #include "gp/selection/agreement_filter.h"
 #include "gp/selection/budget.h"
 #include "gp/selection/density_filter.h"
-#include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/testing/status.h"
 

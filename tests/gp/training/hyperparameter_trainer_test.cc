@@ -6,7 +6,6 @@
 
 #include "gp/training/marginal_likelihood.h"
 #include "gp/training/simulated_annealing.h"
-#include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/testing/status.h"
 

@@ -7,8 +7,6 @@
 #include <tuple>
 #include <vector>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "kernels/base/prepared_points.h"
 #include "kernels/ops/input_gradient.h"
 #include "kernels/reference/covariance.h"

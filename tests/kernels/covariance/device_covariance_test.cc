@@ -6,7 +6,6 @@
 #include <tuple>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/base/prepared_points.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "gp/model/exact_model.h"
-#include "gtest/gtest.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/runtime/context.h"
 #include "tests/kernels/covariance/expressions.h"

@@ -16,7 +16,6 @@
 #include <fstream>
 
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 
 namespace {
 

@@ -4,7 +4,6 @@
 #include <limits>
 #include <thread>
 
-#include "gtest/gtest.h"
 #include "kernels/reference/dense_posterior.h"
 #include "kernels/runtime/tuning.h"
 #include "tests/kernels/ops/posterior_test.h"

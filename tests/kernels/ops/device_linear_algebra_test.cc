@@ -11,7 +11,6 @@
 #include <tuple>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/ops/device_preparation.h"
 #include "kernels/ops/local_tiles.h"
 #include "kernels/runtime/opencl_context.h"

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/reference/covariance.h"
 #include "kernels/runtime/context.h"
 #include "tests/kernels/covariance/expressions.h"

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/ops/box_means.h"
 #include "kernels/ops/covariance_matrix.h"

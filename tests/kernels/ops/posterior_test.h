@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "gtest/gtest.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/runtime/context.h"
 #include "tests/kernels/test_data.h"

@@ -11,12 +11,17 @@
 #include <string>
 #include <vector>
 
-#include "gtest/gtest.h"
+#include "absl/strings/str_split.h"
 #include "kernels/base/parallel_for.h"
+#include "kernels/cl/sources.h"
 #include "kernels/ops/covariance_matrix.h"
+#include "kernels/runtime/cache_folder.h"
 #include "kernels/runtime/context.h"
+#include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/opencl_context.h"
 #include "kernels/runtime/opencl_error.h"
+#include "kernels/runtime/tuning.h"
+#include "tests/kernels/scoped_variable.h"
 #include "tests/testing/status.h"
 
 namespace egosieve::kernels {
@@ -188,6 +193,179 @@ TEST(Context, TheLimitOfThreadsHoldsForEachCallOnACpu) {
   SetMaximumThreads(2);
   EXPECT_EQ(ThreadsAtWork(*context, 4000), 2);
   SetMaximumThreads(0);
+}
+
+class DriverCheck : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::create_directories(folder_);
+    setenv("OCL_ICD_VENDORS", folder_.c_str(), 1);
+  }
+
+  void Install(const std::string& library) const {
+    std::ofstream(folder_ + "/driver.icd") << library << "\n";
+  }
+  bool Says(const std::string& text) const {
+    const std::string why = WhyNoDevice();
+    EXPECT_THAT(why, testing::HasSubstr("\"reference\""));
+    if (why.find(text) != std::string::npos) return true;
+    ADD_FAILURE() << why;
+    return false;
+  }
+
+  std::string folder_;
+};
+
+TEST_F(DriverCheck, NothingInstalledSaysWhatToInstall) {
+  EXPECT_TRUE(Says("install an OpenCL driver"));
+  setenv("OCL_ICD_VENDORS", "/nowhere", 1);
+  EXPECT_TRUE(Says("install an OpenCL driver"));
+}
+
+TEST_F(DriverCheck, ADriverThatDoesNotLoadIsNamedWithTheReason) {
+  Install("/nowhere/libdriver.so");
+  EXPECT_TRUE(Says("driver.icd does not load (/nowhere/libdriver.so: cannot open"));
+}
+
+TEST_F(DriverCheck, ADriverWithoutDevicesIsNotToBeInstalled) {
+  Install("libc.so.6");
+  EXPECT_TRUE(Says("libc.so.6 is installed and gives no device"));
+  setenv("POCL_CACHE_DIR", "/some/cache", 1);
+  EXPECT_TRUE(Says("/some/cache"));
+}
+
+TEST_F(DriverCheck, PoclIsNotStartedWhereItWouldAbort) {
+  EXPECT_TRUE(CheckDriversCanStart("/nowhere").ok()) << "no driver is installed";
+  Install("libother.so.1");
+  EXPECT_TRUE(CheckDriversCanStart("/nowhere").ok()) << "others need no list of processors";
+  Install("libpocl.so.2");
+  EXPECT_TRUE(CheckDriversCanStart(testing::TempDir()).ok());
+  const absl::Status status = CheckDriversCanStart("/nowhere");
+  EXPECT_TRUE(absl::IsUnavailable(status)) << status;
+  EXPECT_THAT(status.message(), testing::HasSubstr("libpocl.so.2"));
+  EXPECT_THAT(status.message(), testing::HasSubstr("mount /sys"));
+}
+
+// A table of kernel shapes in the user's cache folder would decide what tests run.
+TEST(CacheFolder, ThatOfTestsIsNotTheUsers) {
+  EXPECT_EQ(CacheFolder(), "/dev/null/none");
+  EXPECT_FALSE(WriteCacheFile(CacheFolder() + "/file", "x").ok());
+}
+
+TEST(CacheFolder, TheMostSpecificVariableWins) {
+  const ScopedVariable home("HOME", "/h"), cache("XDG_CACHE_HOME"), own("EGOSIEVE_CACHE_DIR");
+  unsetenv("XDG_CACHE_HOME");
+  unsetenv("EGOSIEVE_CACHE_DIR");
+  EXPECT_EQ(CacheFolder(), "/h/.cache/egosieve");
+  setenv("XDG_CACHE_HOME", "/x", 1);
+  EXPECT_EQ(CacheFolder(), "/x/egosieve");
+  setenv("EGOSIEVE_CACHE_DIR", "/e", 1);
+  EXPECT_EQ(CacheFolder(), "/e");
+  setenv("EGOSIEVE_CACHE_DIR", "", 1);
+  EXPECT_EQ(CacheFolder(), "/x/egosieve");
+  unsetenv("XDG_CACHE_HOME");
+  unsetenv("HOME");
+  EXPECT_EQ(CacheFolder(), "");
+}
+
+TEST(HashBytes, IsFnv1a) {
+  EXPECT_EQ(HashBytes(""), 0xcbf29ce484222325u);
+  EXPECT_EQ(HashBytes("a"), 0xaf63dc4c8601ec8cu);
+  EXPECT_EQ(HashBytes("foobar"), 0x85944171f73967e8u);
+}
+
+TEST(WriteCacheFile, MakesFoldersReplacesFilesAndLeavesNoTemporary) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "cache" / "below";
+  const std::string path = (folder / "file").string();
+  const std::string bytes("a\0b\n", 4);
+  ASSERT_TRUE(WriteCacheFile(path, "old").ok());
+  ASSERT_TRUE(WriteCacheFile(path, bytes).ok());
+  EXPECT_EQ(ReadCacheFile(path), bytes);
+  int files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder)) ++files;
+  EXPECT_EQ(files, 1);
+}
+
+TEST(WriteCacheFile, SaysWhatCannotBeWritten) {
+  const std::string file = testing::TempDir() + "/plain";
+  ASSERT_TRUE(WriteCacheFile(file, "x").ok());
+  const absl::Status status = WriteCacheFile(file + "/below", "x");
+  EXPECT_FALSE(status.ok());
+  EXPECT_THAT(status.message(), testing::HasSubstr(file + "/below"));
+  EXPECT_EQ(ReadCacheFile(file + "/below"), "");
+}
+
+TEST(Tuning, ATableIsReadBackForItsDeviceAlone) {
+  const ScopedVariable folder("EGOSIEVE_CACHE_DIR", testing::TempDir() + "/tables");
+  DeviceInfo device;
+  device.name = "A device";
+  DeviceInfo other = device;
+  other.driver = "newer";
+  KernelTuning tuning = DefaultTuning(8);
+  EXPECT_EQ(LoadTuning(device, tuning), tuning);
+  tuning.depth = 77;
+  tuning.panel = 5;
+  ASSERT_TRUE(SaveTuning(device, tuning).ok());
+  EXPECT_EQ(LoadTuning(device, DefaultTuning(16)), tuning);
+  EXPECT_EQ(LoadTuning(other, DefaultTuning(16)), DefaultTuning(16));
+}
+
+TEST(Tuning, DamagedTablesAreIgnored) {
+  const KernelTuning defaults = DefaultTuning(16);
+  for (const char* text : {"", "panel", "panel x", "panel 0", "panel 1000", "float_lanes 5",
+                           "\xff\xfe\n\0", "panel 8 9", "unknown 3\n"}) {
+    EXPECT_EQ(ParseTuning(text, defaults), defaults) << text;
+  }
+  EXPECT_EQ(ParseTuning("nonsense\npanel 9\nnonsense", defaults).panel, 9);
+}
+
+TEST(Tuning, DefaultsAreValid) {
+  for (const int lanes : {1, 4, 8, 16}) EXPECT_TRUE(DefaultTuning(lanes).Validate().ok()) << lanes;
+  EXPECT_TRUE(DefaultGpuTuning().Validate().ok());
+  using Misfit = std::pair<int KernelTuning::*, int>;
+  for (const auto& [field, value] :
+       {Misfit{&KernelTuning::float_lanes, 4}, Misfit{&KernelTuning::work_group, 100},
+        Misfit{&KernelTuning::panels_per_group, 12}, Misfit{&KernelTuning::depth, 24}}) {
+    KernelTuning tuning = DefaultGpuTuning();
+    tuning.*field = value;
+    EXPECT_THAT(tuning.Validate().message(), testing::HasSubstr("local_tiles = 1"))
+        << FormatTuning(tuning);
+  }
+  KernelTuning bad;
+  bad.depth = 3;
+  EXPECT_EQ(bad.Validate().message(), "depth = 3; it must be from 4 to 4096");
+}
+
+bool StartsWithAny(absl::string_view line, std::initializer_list<absl::string_view> prefixes) {
+  for (const absl::string_view prefix : prefixes) {
+    if (line.substr(0, prefix.size()) == prefix) return true;
+  }
+  return false;
+}
+
+// In C99 an inline function that is not static leaves a call that is not inlined to a definition
+// elsewhere, which there is none of: compilers that do not inline refuse the program.
+TEST(Sources, NoFunctionIsInlineAlone) {
+  int functions = 0;
+  for (const char* file :
+       {"common.cl", "covariance.cl", "covariance_gradient.cl", "dense_posterior.cl",
+        "dense_posterior_local.cl", "image.cl", "posterior_outputs.cl", "roofline.cl"}) {
+    const std::string text(cl_sources::Text(file));
+    ASSERT_FALSE(text.empty()) << file;
+    for (const absl::string_view line : absl::StrSplit(text, '\n')) {
+      // Declarations of functions start at the margin; so does what follows, which is none.
+      if (line.find('(') == std::string::npos ||
+          StartsWithAny(line, {" ", "#", "/", "}", "__kernel", "typedef"})) {
+        continue;
+      }
+      ++functions;
+      EXPECT_FALSE(StartsWithAny(line, {"inline"})) << file << ": " << line;
+    }
+  }
+  EXPECT_GT(functions, 20);
 }
 
 }  // namespace

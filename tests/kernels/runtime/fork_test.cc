@@ -5,7 +5,6 @@
 
 #include <string>
 
-#include "gtest/gtest.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/runtime/context.h"

@@ -7,8 +7,6 @@
 #include <string>
 
 #include "absl/strings/match.h"
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "kernels/files/atomic_file.h"
 #include "kernels/runtime/device.h"
 #include "kernels/runtime/opencl_context.h"

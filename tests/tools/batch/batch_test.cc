@@ -7,7 +7,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/full_pipe.h"
 #include "tests/tools/testing/outcome.h"

@@ -8,7 +8,6 @@
 #include <sstream>
 
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/outcome.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/research_flag.h"

@@ -9,8 +9,6 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tools/cli/child_process.h"
 #include "tools/cli/interruption.h"

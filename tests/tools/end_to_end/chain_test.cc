@@ -7,8 +7,6 @@
 #include <set>
 
 #include "absl/strings/str_split.h"
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "nlohmann/json.hpp"
 #include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"

@@ -9,7 +9,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/kernels/scoped_variable.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/program.h"

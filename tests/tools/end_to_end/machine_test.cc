@@ -12,7 +12,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tools/run_folder/atomic_file.h"
 

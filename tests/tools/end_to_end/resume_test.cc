@@ -14,8 +14,6 @@
 #include <thread>
 
 #include "absl/strings/str_format.h"
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/outcome.h"

@@ -3,8 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tools/masks/cast_shadows.h"

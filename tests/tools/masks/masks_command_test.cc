@@ -10,7 +10,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
-#include "gmock/gmock.h"
 #include "tests/testing/status.h"
 #include "tests/tools/masks/masks_test.h"
 #include "tests/tools/testing/outcome.h"

@@ -4,7 +4,6 @@
 
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"

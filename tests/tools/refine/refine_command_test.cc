@@ -7,8 +7,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_split.h"
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/outcome.h"

@@ -3,7 +3,6 @@
 #include <opencv2/videoio.hpp>
 
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/run_command.h"

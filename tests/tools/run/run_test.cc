@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"

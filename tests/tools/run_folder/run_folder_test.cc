@@ -12,8 +12,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/fresh_folder.h"

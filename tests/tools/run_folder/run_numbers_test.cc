@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tools/run_folder/atomic_file.h"

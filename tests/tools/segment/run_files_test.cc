@@ -9,8 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "kernels/files/atomic_file.h"
 #include "tests/testing/status.h"
 #include "tools/segment/lens_file.h"

@@ -1,8 +1,5 @@
 #include "tools/synthesize/synthesize.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>

@@ -4,7 +4,6 @@
 #include <limits>
 #include <string>
 
-#include "gtest/gtest.h"
 #include "tests/kernels/test_data.h"
 #include "tests/testing/status.h"
 

@@ -1,7 +1,5 @@
 #include "vision/descriptor/frame_descriptor.h"
 
-#include <gtest/gtest.h>
-
 #include <random>
 #include <vector>
 

@@ -1,7 +1,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/vision/features/textured_image.h"
 #include "vision/features/flow_grid.h"

@@ -1,6 +1,4 @@
 // Inputs as people have them: nested folders, masks beside pictures, chapters, turned phone video.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>

@@ -13,8 +13,6 @@ extern "C" {
 #include <libavformat/avformat.h>
 }
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/vision/frame/input_test.h"
 #include "vision/frame/frame_source.h"

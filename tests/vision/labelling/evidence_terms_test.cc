@@ -1,8 +1,5 @@
 #include "vision/labelling/evidence_terms.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "tests/testing/status.h"
 
 namespace egosieve::vision {

@@ -1,8 +1,5 @@
 #include "vision/labelling/frame_labeller.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <memory>
 #include <string>

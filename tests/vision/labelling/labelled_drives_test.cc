@@ -11,7 +11,6 @@
 #include <thread>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/vision/labelling/same_labels.h"
 #include "tests/vision/labelling/street_drive.h"

@@ -1,7 +1,5 @@
 #include "tests/vision/labelling/street_drive.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 #include <utility>

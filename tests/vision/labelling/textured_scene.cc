@@ -1,7 +1,5 @@
 #include "tests/vision/labelling/textured_scene.h"
 
-#include <gtest/gtest.h>
-
 #include <opencv2/imgproc.hpp>
 #include <random>
 

@@ -2,8 +2,6 @@
 
 #include <vector>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "vision/masks/mask_image.h"
 

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 
 namespace egosieve::vision {

@@ -6,7 +6,6 @@
 #include <random>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/vision/features/textured_image.h"
 #include "vision/paper/descriptor_search.h"

@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/vision/geometry/synthetic_pairs.h"
 #include "vision/geometry/residual.h"

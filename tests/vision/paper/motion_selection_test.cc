@@ -1,7 +1,5 @@
 #include "vision/paper/motion_selection.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstdio>
 #include <map>

@@ -4,7 +4,6 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
-#include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
 #include "tests/testing/status.h"
 #include "vision/segmentation/online_segmenter.h"

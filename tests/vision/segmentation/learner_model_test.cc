@@ -2,7 +2,6 @@
 
 #include <random>
 
-#include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
 #include "tests/testing/status.h"
 

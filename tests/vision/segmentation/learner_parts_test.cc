@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "gp/covariance/hyperparameters.h"
-#include "gtest/gtest.h"
 #include "kernels/base/exception_status.h"
 #include "kernels/runtime/context.h"
 #include "tests/testing/status.h"

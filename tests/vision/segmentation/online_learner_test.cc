@@ -6,8 +6,6 @@
 #include <random>
 #include <vector>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
 #include "tests/testing/status.h"
 #include "vision/segmentation/online_segmenter.h"

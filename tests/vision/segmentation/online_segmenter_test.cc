@@ -3,7 +3,6 @@
 #include <memory>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
 #include "tests/testing/status.h"
 #include "tests/vision/segmentation/moving_square.h"

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
 #include "tests/testing/status.h"
 #include "tests/vision/segmentation/moving_square.h"

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "tests/vision/synthetic/fundamental_matrix.h"
 #include "vision/synthetic/camera.h"

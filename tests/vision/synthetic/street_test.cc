@@ -1,8 +1,5 @@
 #include "vision/synthetic/street.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
