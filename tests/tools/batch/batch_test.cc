@@ -8,7 +8,6 @@
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "tests/tools/testing/fresh_folder.h"
-#include "tests/tools/testing/full_pipe.h"
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"

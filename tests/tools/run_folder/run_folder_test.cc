@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "absl/strings/str_split.h"
 #include "tests/testing/status.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/fresh_folder.h"
@@ -180,24 +181,14 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   EXPECT_EQ(RunFolder::Create(path, false).status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_THAT(std::string(RunFolder::Create(path, false).status().message()),
               HasSubstr("--overwrite"));
-  const std::vector<std::string> derived = {"full/000001.prob.png",
-                                            "full/000001.objects.json",
-                                            "render/000001.png",
-                                            "report.html",
-                                            "report.html.abcdef.egosieve.tmp",
-                                            "overlay.mp4",
-                                            "overlay.mp4.abcdef.egosieve.tmp.mp4",
-                                            "eval.json",
-                                            "eval.csv",
-                                            "model/000003.npz",
-                                            "model/000003.npz.abcdef.egosieve.tmp",
-                                            "model/1000000.npz",
-                                            "frames.jsonl.abcdef.egosieve.tmp",
-                                            "grid/000001.prob.png.abcdef.egosieve.tmp",
-                                            "run.json.abcdef.egosieve.tmp",
-                                            "log/1-host-2.jsonl",
-                                            "plots/index.html",
-                                            "plots/roc.svg"};
+  const std::vector<std::string> derived = absl::StrSplit(
+      "full/000001.prob.png full/000001.objects.json render/000001.png report.html "
+      "report.html.abcdef.egosieve.tmp overlay.mp4 overlay.mp4.abcdef.egosieve.tmp.mp4 "
+      "eval.json eval.csv model/000003.npz model/000003.npz.abcdef.egosieve.tmp "
+      "model/1000000.npz frames.jsonl.abcdef.egosieve.tmp "
+      "grid/000001.prob.png.abcdef.egosieve.tmp run.json.abcdef.egosieve.tmp "
+      "log/1-host-2.jsonl plots/index.html plots/roc.svg",
+      ' ');
   for (const std::string& name : derived) {
     std::filesystem::create_directories(std::filesystem::path(path + "/" + name).parent_path());
     std::ofstream(path + "/" + name) << "old";

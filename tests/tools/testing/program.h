@@ -43,6 +43,24 @@ inline std::vector<std::string> operator+(std::vector<std::string> words,
   return words;
 }
 
+// A named pipe that is full: a program whose output goes to it waits at its first write, so that it
+// cannot end before a test has done what it wants to do.
+class FullPipe {
+ public:
+  // Makes the pipe at `path`, where nothing may be, and fills it.
+  explicit FullPipe(const std::string& path);
+  ~FullPipe();
+  FullPipe(const FullPipe&) = delete;
+  FullPipe& operator=(const FullPipe&) = delete;
+
+  // Takes what is in the pipe, without waiting. What it was filled with is left out. From the first
+  // call on the program goes on.
+  std::string Empty();
+
+ private:
+  int descriptor_;
+};
+
 // What `text` has of lines, the last of which may lack its line break.
 int CountLines(const std::string& text);
 

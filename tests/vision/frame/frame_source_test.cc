@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/testing/status.h"
-#include "tests/vision/frame/folder_test.h"
+#include "tests/vision/frame/input_test.h"
 #include "vision/frame/stepped_frames.h"
 #include "vision/frame/written_video.h"
 

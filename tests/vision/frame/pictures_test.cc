@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "tests/testing/status.h"
-#include "tests/vision/frame/folder_test.h"
 #include "tests/vision/frame/input_test.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/file_list.h"

@@ -171,15 +171,6 @@ TEST_F(FrameCalibration, ProbabilitiesFollowTheFramesOwnPlacesAndShare) {
   EXPECT_LT(squash.Probability(mean[500], variance[500]), 0.05);
 }
 
-TEST_F(FrameCalibration, SameSeedSameFit) {
-  const auto one = Value(FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 200, 7, {}));
-  const auto two = Value(FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 200, 7, {}));
-  const auto other = Value(FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 200, 8, {}));
-  EXPECT_EQ(one.a, two.a);
-  EXPECT_EQ(one.b, two.b);
-  EXPECT_NE(one.b, other.b);
-}
-
 TEST(SpreadToGrid, EveryPixelTakesItsNearestFeature) {
   const kernels::ImageGrid grid{83, 41, 5};
   std::mt19937_64 random(1);
