@@ -1,7 +1,5 @@
 #include "vision/labelling/drive_camera.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmock/gmock.h"
 #include "tests/vision/labelling/street_drive.h"
 
 namespace egosieve::vision {

@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "gtest/gtest.h"
+#include "gmock/gmock.h"
 #include "vision/own_vehicle/fixed_pattern.h"
 
 namespace egosieve::vision {

@@ -4,10 +4,9 @@
 #include <cstdlib>
 #include <memory>
 
-#include "gtest/gtest.h"
 #include "kernels/base/exception_status.h"
 #include "kernels/runtime/context.h"
-#include "tests/testing/value.h"
+#include "tests/testing/status.h"
 #include "tests/vision/segmentation/moving_square.h"
 #include "vision/segmentation/online_segmenter.h"
 

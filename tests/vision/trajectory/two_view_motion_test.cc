@@ -1,13 +1,12 @@
 #include "vision/trajectory/two_view_motion.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
 #include <vector>
 
+#include "gmock/gmock.h"
 #include "tests/vision/evidence/point_street.h"
 
 namespace egosieve::vision {
