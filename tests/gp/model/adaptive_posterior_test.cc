@@ -296,10 +296,10 @@ TEST(Float64Posterior, StaysAsItWasWhileTheModelChanges) {
 // labels from the mask of what moves with a tenth of them wrong.
 
 constexpr int64_t kTraining = 2000;
-constexpr int64_t kQueries = 4000;
+constexpr int64_t kUnseen = 4000;
 
 struct Frame {
-  RowMatrix inputs;            // kTraining + kQueries
+  RowMatrix inputs;            // kTraining + kUnseen
   std::vector<double> truth;   // of each
   std::vector<double> labels;  // of the first kTraining
 };
@@ -307,7 +307,7 @@ struct Frame {
 // Half of the pixels on the mover, as far as it goes, so that the curve is well determined.
 Frame SampleFrame(const cv::Mat& image, const cv::Mat& mask, std::mt19937_64& generator) {
   Frame frame;
-  RowMatrix pixels(kTraining + kQueries, 2);
+  RowMatrix pixels(kTraining + kUnseen, 2);
   for (int64_t i = 0; i < pixels.rows(); ++i) {
     const bool want = generator() % 2 == 0;
     for (int attempt = 0; attempt < 100; ++attempt) {
@@ -361,7 +361,7 @@ TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
   const Frame frame = SampleFrame(image, mask, generator);
   const kernels::ConstMatrixView<double> x = ViewOf(frame.inputs);
   const auto training = x.rows_between(0, kTraining);
-  const auto queries = x.rows_between(kTraining, kTraining + kQueries);
+  const auto queries = x.rows_between(kTraining, kTraining + kUnseen);
   const Hyperparameters theta = DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, 6);
 
   auto exact = ExactModel::Create(TestContext(), theta);
