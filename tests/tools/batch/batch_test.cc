@@ -107,7 +107,7 @@ TEST_F(Batch, DoesWhatFollowsForAFolderOfDrivesAndLinksItAll) {
                                               "--segment_flags=--budget=100 --stride=8",
                                               "--masks_flags=--for=colmap --dilate=2"};
   const ProgramOutcome first = RunProgram(arguments);
-  EXPECT_THAT(first, EndsWithLine(4, "left out: notes.txt"));
+  EXPECT_THAT(first, Says(4, "left out: notes.txt"));
   EXPECT_THAT(first.out, ContainsRegex("/out/a +done +5 of 5 +0 +8 +0"));
   EXPECT_THAT(first.out, ContainsRegex("/out/c & <d> +failed +0 of 5 +3 +0 +0"));
   for (const char* file : {"a/report.html", "a/overlay.mp4", "a/masks/000003.png",
@@ -211,7 +211,7 @@ TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
   fs::create_directories(root_ + "/there");
   ASSERT_TRUE(WriteFileAtomically(root_ + "/there/batch.html", "mine").ok());
   EXPECT_THAT(RunProgram({"batch", root_, "--out=" + root_ + "/there"}),
-              EndsWithLine(2, "is no page of a batch"));
+              Says(2, "is no page of a batch"));
   EXPECT_EQ(*ReadFile(root_ + "/there/batch.html"), "mine");
 }
 

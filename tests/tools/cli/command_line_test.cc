@@ -72,7 +72,7 @@ Outcome Invoke(std::vector<std::string> arguments,
 TEST(CommandLine, AConfigThatIsAPipeIsNotWaitedFor) {
   const std::string pipe = testing::TempDir() + "/pipe.toml";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_THAT(Invoke({"sift", "--config=" + pipe}), EndsWithLine(2, "no regular file"));
+  EXPECT_THAT(Invoke({"sift", "--config=" + pipe}), Says(2, "no regular file"));
 }
 
 TEST(CommandLine, ResultsThatCannotBeWrittenAreAnError) {
@@ -130,7 +130,7 @@ TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
   EXPECT_EQ(Invoke({"sift", "--name=a", "--name=b"}).err,
             "egosieve: --name takes one value; give it once; see egosieve sift --help\n");
 
-  EXPECT_THAT(Invoke({"sift", "a.mp4"}), EndsWithLine(2, "unexpected argument 'a.mp4'"));
+  EXPECT_THAT(Invoke({"sift", "a.mp4"}), Says(2, "unexpected argument 'a.mp4'"));
 
   // The flag that was misspelt is the one that is required.
   FakeCommand::required = true;
@@ -238,7 +238,7 @@ TEST(CommandLine, ConfigFilesHoldFlagsAndUnknownKeysAreErrors) {
   EXPECT_EQ(FakeCommand::last_stride, 4);
 
   std::ofstream(path) << "stride = 3\nstrode = 4\n";
-  EXPECT_THAT(Invoke({"sift", "--config", path}), EndsWithLine(2, "unknown key 'strode'"));
+  EXPECT_THAT(Invoke({"sift", "--config", path}), Says(2, "unknown key 'strode'"));
 
   std::ofstream(path) << "stride = 3 # how far\nname = 'a # b'\n";
   EXPECT_EQ(Invoke({"sift", "--config", path}).code, 0);

@@ -226,7 +226,7 @@ TEST_F(BadInput, AnOutputFolderThatHoldsSomething) {
 
   fs::remove_all(out_);
   EXPECT_THAT(Segment(input_), Succeeds());
-  EXPECT_THAT(Segment(input_), EndsWithLine(2, "--overwrite"));
+  EXPECT_THAT(Segment(input_), Says(2, "--overwrite"));
   EXPECT_THAT(Segment(input_, {"--overwrite"}), Succeeds());
 
   fs::remove_all(out_);
@@ -350,7 +350,7 @@ TEST_F(OwnFiles, MissingAndEmptyMapsAreMadeAgain) {
   fs::remove(run_ + "/grid/000006.prob.png");
   fs::resize_file(run_ + "/grid/000008.std.png", 0);
   const ProgramOutcome refine = RunProgram({"refine", run_, "--progress=none"});
-  EXPECT_THAT(refine, EndsWithLine(3, "the map of frame 6"));
+  EXPECT_THAT(refine, Says(3, "the map of frame 6"));
   EXPECT_THAT(refine.err, HasSubstr("egosieve segment --resume --out=" + run_));
   EXPECT_FALSE(fs::exists(run_ + "/full"));
   EXPECT_THAT(SegmentFrames({"--resume"}), Succeeds());
@@ -362,7 +362,7 @@ TEST_F(OwnFiles, TheSecondCallHasTheExitCodeOfTheFirst) {
   const std::string torn = root_ + "/frames/000004.png";
   fs::resize_file(torn, fs::file_size(torn) / 2);
   for (int call = 0; call < 2; ++call) {
-    EXPECT_THAT(SegmentFrames({"--resume"}), EndsWithLine(4, "1 frames could not be read")) << call;
+    EXPECT_THAT(SegmentFrames({"--resume"}), Says(4, "1 frames could not be read")) << call;
   }
 }
 

@@ -290,12 +290,12 @@ TEST_F(Resume, AnotherRunIsRefusedWithTheDifference) {
   EXPECT_THAT(RunProgram(Arguments(run_, {"--resume", "--set=window=9"})),
               EndsWithLine(2, "window is '7' there and '9' here"));
   EXPECT_THAT(RunProgram(Arguments(run_, {"--resume", "--set=focal_ratio=0.7"})),
-              EndsWithLine(2, "focal_ratio is 'learnt' there and '0.7' here"));
+              Says(2, "focal_ratio is 'learnt' there and '0.7' here"));
   fs::rename(root_ + "/frames", root_ + "/elsewhere");
   WritePatchDrive(root_ + "/second");
   fs::rename(root_ + "/second/frames", root_ + "/frames");
   EXPECT_THAT(RunProgram(Arguments(run_, {"--resume"})),
-              EndsWithLine(2, "the size of the frames is 160 x 96 there and 192 x 128 here"));
+              Says(2, "the size of the frames is 160 x 96 there and 192 x 128 here"));
   EXPECT_EQ(RunProgram(Arguments(run_, {"--resume", "--overwrite"})).code, 2);
 }
 
@@ -335,7 +335,7 @@ TEST_F(Resume, OneProgramAtATime) {
   const FolderLock lock = Value(FolderLock::Take(whole_));
   for (const char* flag : {"--resume", "--overwrite"}) {
     EXPECT_THAT(RunProgram(Arguments(whole_, {flag})),
-                EndsWithLine(2, "another program is writing into " + whole_))
+                Says(2, "another program is writing into " + whole_))
         << flag;
   }
   EXPECT_EQ(RunFolder::Open(whole_)->ReadLines()->size(), static_cast<size_t>(kFrames));

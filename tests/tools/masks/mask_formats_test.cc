@@ -158,8 +158,7 @@ TEST_F(MasksTest, OfPicturesWhoseNamesAreNotUtf8) {
   out_ = root_ + "/long";
   fs::rename(run.frames + "/000005\xdf.png",
              run.frames + "/000005" + std::string(240, 'n') + ".png");
-  EXPECT_THAT(Masks({run.folder.path(), "--for=instant-ngp"}),
-              EndsWithLine(2, "more than 255 bytes"));
+  EXPECT_THAT(Masks({run.folder.path(), "--for=instant-ngp"}), Says(2, "more than 255 bytes"));
   EXPECT_FALSE(fs::exists(out_));
 }
 

@@ -115,7 +115,7 @@ TEST_F(MasksTest, GoesOnWhereItWasInterrupted) {
   // No file that is whole is made again.
   const std::string kept = out_ + "/000001.png.png";
   ASSERT_TRUE(WriteFileAtomically(kept, "as it was").ok());
-  EXPECT_THAT(Masks({words[0], words[1], "--dilate=2"}), EndsWithLine(2, "is not empty"));
+  EXPECT_THAT(Masks({words[0], words[1], "--dilate=2"}), Says(2, "is not empty"));
   EXPECT_THAT(Masks(words), Succeeds());
   EXPECT_EQ(*ReadFile(kept), "as it was");
   for (int i = 0; i < 6; ++i) {
@@ -183,7 +183,7 @@ TEST_F(MasksTest, StaysInItsFolderWhateverAListNames) {
   fs::create_directory_symlink(root_ + "/project/images", root_ + "/linked/images");
   out_ = root_ + "/linked";
   EXPECT_THAT(Masks({lists + "/all.txt", "--for=plain", "--overwrite", "--run=" + root_ + "/run"}),
-              EndsWithLine(2, "leads out of --out"));
+              Says(2, "leads out of --out"));
   EXPECT_EQ(*ReadFile(root_ + "/project/images/000003.png"), picture);
 }
 
@@ -193,7 +193,7 @@ TEST_F(MasksTest, PicturesWhoseMasksWouldBeOneFileAreRefused) {
     ASSERT_TRUE(cv::imwrite(root_ + "/twins/" + name, cv::Mat3b(48, 64, cv::Vec3b(9, 9, 9))));
   }
   EXPECT_THAT(Masks({root_ + "/twins", "--for=instant-ngp", "--run=" + root_ + "/other"}),
-              EndsWithLine(2, "/dynamic_mask_a.png, of the pictures"));
+              Says(2, "/dynamic_mask_a.png, of the pictures"));
   EXPECT_FALSE(fs::exists(out_));
   EXPECT_FALSE(fs::exists(root_ + "/other"));
 }
@@ -294,7 +294,7 @@ TEST_F(MasksTest, FindsPicturesInTheirVideo) {
   cv::imwrite(root_ + "/images/cam0/d.jpg", PatchFrame(other, 15));
   out_ = root_ + "/refused";
   EXPECT_THAT(Masks({root_ + "/images", "--from_video=" + root_ + "/drive.avi", "--for=colmap"}),
-              EndsWithLine(2, "cam0/d.jpg: no frame of"));
+              Says(2, "cam0/d.jpg: no frame of"));
   EXPECT_FALSE(fs::exists(out_));
   EXPECT_FALSE(fs::exists(out_ + ".run"));
 }
@@ -378,8 +378,7 @@ TEST_F(MasksTest, WritesIntoNoFolderThatIsReadOrSomebodyElses) {
   const std::string path = run.folder.path();
   for (const std::string& inside : {run.frames, run.frames + "/masks", path, path + "/colmap"}) {
     out_ = inside;
-    EXPECT_THAT(Masks({path, "--for=colmap", "--overwrite"}), EndsWithLine(2, "--out=" + inside))
-        << inside;
+    EXPECT_THAT(Masks({path, "--for=colmap", "--overwrite"}), Says(2, "--out=" + inside)) << inside;
   }
   out_ = run.frames + "/masks";
   EXPECT_THAT(Masks({run.frames + "/*.png", "--for=colmap"}).err,

@@ -3,7 +3,7 @@
 //
 //   python3 -m venv readers && readers/bin/pip install numpy pillow pycocotools pycolmap
 //   export EGOSIEVE_READERS=$PWD/readers/bin/python
-//   bazel test --test_env=EGOSIEVE_READERS //tests/tools/masks:readers_test
+//   bazel test --test_env=EGOSIEVE_READERS //tests/tools:parts_test --test_filter=Readers*
 //
 // Skipped where they are not installed.
 #include <cstdio>

@@ -157,27 +157,27 @@ TEST(RefineCommand, SaysWhatIsWrongWithTheInput) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_input");
   {
     const FolderLock lock = Value(FolderLock::Take(run.folder.path()));
-    EXPECT_THAT(Refine({run.folder.path()}), EndsWithLine(2, "another program is writing into"));
+    EXPECT_THAT(Refine({run.folder.path()}), Says(2, "another program is writing into"));
   }
   const std::string moved = testing::TempDir() + "/refine_moved";
   std::filesystem::remove_all(moved);
   std::filesystem::rename(run.frames, moved);
-  EXPECT_THAT(Refine({run.folder.path()}), EndsWithLine(3, "--input="));
+  EXPECT_THAT(Refine({run.folder.path()}), Says(3, "--input="));
   EXPECT_FALSE(std::filesystem::exists(run.folder.File("masks")));
   EXPECT_THAT(Refine({run.folder.path(), "--input=" + moved}), Succeeds());
   cv::imwrite(moved + "/000004.png", cv::Mat3b(32, 48));
   EXPECT_THAT(Refine({run.folder.path(), "--input=" + moved}),
-              EndsWithLine(3, "is not what was segmented"));
+              Says(3, "is not what was segmented"));
 }
 
 TEST(RefineCommand, SaysWhatIsWrong) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_bad");
   EXPECT_THAT(Refine({run.folder.path(), "--static_below=0.8", "--dynamic_above=0.2"}),
-              EndsWithLine(2, "--static_below=0.8"));
-  EXPECT_THAT(Refine({run.folder.path(), "--object_low=0.9"}), EndsWithLine(2, "--object_low=0.9"));
+              Says(2, "--static_below=0.8"));
+  EXPECT_THAT(Refine({run.folder.path(), "--object_low=0.9"}), Says(2, "--object_low=0.9"));
   EXPECT_EQ(Refine({"/nowhere"}).code, 3);
   std::filesystem::remove(run.folder.FrameFile("grid", 2, ".prob.png"));
-  EXPECT_THAT(Refine({run.folder.path()}), EndsWithLine(3, "the map of frame 2 in"));
+  EXPECT_THAT(Refine({run.folder.path()}), Says(3, "the map of frame 2 in"));
 }
 
 TEST(RefineCommand, ResumesAnewWhereTheFormerOneHadOtherOptions) {

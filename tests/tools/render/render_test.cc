@@ -117,12 +117,12 @@ TEST(RenderCommand, SaysWhenTheInputIsGoneOrAnother) {
   const std::string moved = run.frames + "_moved";
   std::filesystem::remove_all(moved);
   std::filesystem::rename(run.frames, moved);
-  EXPECT_THAT(Render({run.folder.path()}), EndsWithLine(3, "--input="));
+  EXPECT_THAT(Render({run.folder.path()}), Says(3, "--input="));
   EXPECT_THAT(Render({run.folder.path(), "--input=" + moved, "--images", "--no_video"}),
               Succeeds());
   cv::imwrite(moved + "/000003.png", cv::Mat3b(10, 10));
   EXPECT_THAT(Render({run.folder.path(), "--input=" + moved, "--images", "--no_video"}),
-              EndsWithLine(3, "frame 3"));
+              Says(3, "frame 3"));
   EXPECT_EQ(Render({run.folder.path(), "--no_video"}).code, 2);
 }
 

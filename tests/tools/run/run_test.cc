@@ -121,7 +121,7 @@ TEST_F(Run, OfPicturesThatDoNotMoveIsMadeAndDoubted) {
                   fs::copy_options::overwrite_existing);
   }
   const ProgramOutcome outcome = RunIt();
-  EXPECT_THAT(outcome, EndsWithLine(4, "nothing was learnt"));
+  EXPECT_THAT(outcome, Says(4, "nothing was learnt"));
   EXPECT_THAT(outcome.out, HasSubstr("moved:     nothing, in 5 frames\n"));
   ExpectAllFiles();
   EXPECT_EQ(RunIt().code, 4);  // also where all is done
@@ -136,11 +136,11 @@ TEST_F(Run, RefusesWhatDoesNotFitAndWritesNothing) {
   frames_ = root_ + "/text.mp4";
   EXPECT_EQ(RunIt().code, 3);
   frames_ = "rtsp://camera/stream";
-  EXPECT_THAT(RunIt(), EndsWithLine(2, "egosieve segment"));
+  EXPECT_THAT(RunIt(), Says(2, "egosieve segment"));
   EXPECT_FALSE(fs::exists(out_));
   frames_ = frames;
   out_ = root_ + "/text.mp4";
-  EXPECT_THAT(RunIt(), EndsWithLine(2, "text.mp4 is a file"));
+  EXPECT_THAT(RunIt(), Says(2, "text.mp4 is a file"));
   EXPECT_EQ(*ReadFile(out_), "no video");
   out_ = root_ + "/out";
   ASSERT_THAT(RunIt({"--max_frames=3"}), Succeeds());
@@ -149,7 +149,7 @@ TEST_F(Run, RefusesWhatDoesNotFitAndWritesNothing) {
   EXPECT_THAT(RunIt().err, HasSubstr("is a run folder; give the video"));
   frames_ = frames;
   const ProgramOutcome other = RunIt({"--profile=fast"});
-  EXPECT_THAT(other, EndsWithLine(2, "the run in " + out_ + " is another"));
+  EXPECT_THAT(other, Says(2, "the run in " + out_ + " is another"));
   EXPECT_EQ(Lines(other.err).size(), 1u) << other.err;
   EXPECT_EQ(TimesIn(out_), times);
 }
