@@ -79,7 +79,7 @@ View WithBleedingFlow(std::vector<bool>& is_carried) {
 TEST(RoadContact, FlowThatIsCarriedOverTheRoadDoesNotHideTheContact) {
   std::vector<bool> is_carried;
   const View view = WithBleedingFlow(is_carried);
-  auto [seen, depths, road] = LookAt(view);
+  auto [shown, depths, road] = LookAt(view);
   const auto blind = RoadLogRatios(road, depths, view.places, kImage, nullptr);
   for (size_t i = 0; i < depths.size(); ++i) {
     depths[i].against_road = view.what[i] == What::kRoad ? (is_carried[i] ? -5.0 : 0.0) : 20.0;
@@ -130,7 +130,7 @@ TEST(RoadContact, ASurfaceTallerThanAVehicleIsNotMarked) {
       Approach(15.0, 2.0 * kTravel, i, view);
       view.what[i] = What::kOncoming;
     }
-    const auto [seen, depths, road] = LookAt(view);
+    const auto [shown, depths, road] = LookAt(view);
     const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
     const double share = ShareAbove(view, ratios, What::kOncoming, 1.0);
     if (top > -0.15) {
@@ -190,7 +190,7 @@ TEST(RoadContact, PicturesTellRoadFromPlacesThatWereCarriedAlong) {
     befores.emplace_back(static_cast<float>(pair.x1), static_cast<float>(pair.y1));
   }
   const PhotometricSupport pictures(before, now, befores, view.places);
-  auto [seen, depths, road] = LookAt(view);
+  auto [shown, depths, road] = LookAt(view);
   CompareWithRoad(road, RoadComparison(view.camera, view.pose, pictures), view.pairs, depths);
   int carried = 0, seen = 0;
   for (size_t i = 0; i < depths.size(); ++i) {
@@ -256,7 +256,7 @@ TEST(RoadContact, NoRoadNoEvidence) {
 TEST(RoadContact, PlacesThatAreNoNumbersSayNothing) {
   View view = MakeView(0.1);
   for (size_t i = 0; i < view.pairs.size(); i += 7) view.pairs[i].x1 = std::nan("");
-  const auto [seen, depths, road] = LookAt(view);
+  const auto [shown, depths, road] = LookAt(view);
   const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
   for (size_t i = 0; i < ratios.size(); ++i) {
     EXPECT_TRUE(std::isfinite(ratios[i])) << i;

@@ -24,7 +24,7 @@ namespace egosieve::vision {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr cv::Size kSize(320, 192);
+const cv::Size kSize(320, 192);
 
 struct Mover {
   cv::Rect at;  // at time 0
