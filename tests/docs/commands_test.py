@@ -148,7 +148,3 @@ class Commands(unittest.TestCase):
                      'bazel test //tests/docs:no_such_test', './run evaluate out/my --no_such_flag', 'bazel test --config=none //...',
                      './run bench --benchmark_filter=BM_None', 'no_such_program a'):
             self.assertTrue(any(fault(root, words) for words in commands(line)), line)
-
-
-if __name__ == '__main__':
-    unittest.main()

@@ -64,7 +64,3 @@ class EquationTags(unittest.TestCase):
         self.assertEqual(defined('//   a = b   (X1)\n// as (X2) says\n// of (X3)\n'), {'X1'})
         self.assertEqual(defined('//   (X1) a = b\n  //   (X2)  c = d\n// (X3) and (X4) of it\n//   (X5), (X6) again\n'), {'X1', 'X2'})
         self.assertEqual(defined('//   a = b (X1)\n//                (X2)\n//   rows  (X3)-(X4)\n'), {'X1', 'X2'})
-
-
-if __name__ == '__main__':
-    unittest.main()

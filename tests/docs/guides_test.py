@@ -226,7 +226,3 @@ class NotRun(unittest.TestCase):
         self.assertEqual([entry for entry in lines if entry[0] not in GUIDES and is_run(entry[1])], [])
         shown = '\n'.join(line for _, line in lines) + '\n'.join(examples('devices'))
         self.assertEqual([word for word in NOT_RUN if word not in shown], [])
-
-
-if __name__ == '__main__':
-    unittest.main()

@@ -75,7 +75,3 @@ class Links(unittest.TestCase):
         text = '# One\n[a](none.md) [b](#two) [c](#one) [d](docs/results.md#none) `vision/none` `none.h` `vision/frame`'
         self.assertEqual(len(broken_links(root, 'README.md', text)), 3)
         self.assertEqual(len(broken_paths(root, 'README.md', text, sources(root))), 2)
-
-
-if __name__ == '__main__':
-    unittest.main()

@@ -1,27 +1,25 @@
 // Seeded learning problems, the default device, and GPML's demonstration data.
-#ifndef EGOSIEVE_TESTS_GP_LEARNING_PROBLEMS_H_
-#define EGOSIEVE_TESTS_GP_LEARNING_PROBLEMS_H_
+#pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <memory>
-#include <optional>
+#include <numeric>
 #include <random>
-#include <string>
 #include <vector>
 
 #include "gp/covariance/hyperparameters.h"
-#include "gtest/gtest.h"
+#include "kernels/reference/covariance.h"
 #include "kernels/runtime/context.h"
 #include "tests/gp/linalg/random_matrices.h"
-#include "tests/kernels/gpml_demo.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 
 inline std::shared_ptr<kernels::Context> TestContext() {
-  static const auto context = kernels::OpenContext();
-  EXPECT_TRUE(context.ok()) << context.status();
-  return context.ok() ? *context : nullptr;
+  static const auto context = Value(kernels::OpenContext());
+  return context;
 }
 
 struct LabelledPoints {
@@ -60,6 +58,19 @@ inline Hyperparameters UnevenHyperparameters(kernels::CovarianceFunction functio
   return hyperparameters;
 }
 
+inline constexpr double kGpmlDemo[20][2] = {
+    {2.0839704277507316, 4.5492037463316981},    {-0.8210180661013794, 0.37198557443727098},
+    {-0.61787069918259718, 0.7113079655147897},  {-1.183822608860694, -0.013212893618429908},
+    {0.27408744227714388, 2.2554732553381913},   {0.59944172929559258, 1.0099157492957327},
+    {1.7688979192044354, 3.7446759379650287},    {-0.46564554903192845, 0.4245927717932016},
+    {0.58885278437593536, 1.3228336522958108},   {-0.83298221443805442, 0.27829829351001956},
+    {-0.51210652796036327, 0.26722913094557377}, {0.27788314421011562, 2.2001122867238352},
+    {-0.065870426922211331, 1.2006099833090067}, {-0.82141236380632532, 0.43997169723618523},
+    {0.18539944377808751, 2.6285804335113081},   {-0.85829617499599753, 0.50377481733922291},
+    {0.37078663003705881, 1.9425253138205281},   {-1.4098691624166388, 0.57913395001243706},
+    {-0.14466841232502181, 0.67087442396856956}, {-0.55329961522037407, 0.3773537551002753},
+};
+
 struct RegressionData {
   RowMatrix inputs;
   std::vector<double> targets;
@@ -68,8 +79,8 @@ struct RegressionData {
 // The 20 points of GPML's regression demonstration.
 inline RegressionData GpmlDemo() {
   RegressionData data;
-  data.inputs.resize(std::size(kernels::kGpmlDemo), 1);
-  for (const auto& [x, y] : kernels::kGpmlDemo) {
+  data.inputs.resize(std::size(kGpmlDemo), 1);
+  for (const auto& [x, y] : kGpmlDemo) {
     data.inputs(static_cast<int64_t>(data.targets.size()), 0) = x;
     data.targets.push_back(y);
   }
@@ -86,6 +97,34 @@ inline Hyperparameters GpmlNeuralNetwork(double log_ell, double log_sf, double l
   return hyperparameters;
 }
 
-}  // namespace egosieve::gp
+// k(a_i, b_j), by the reference.
+inline RowMatrix Covariances(const Hyperparameters& theta, const RowMatrix& a, const RowMatrix& b) {
+  RowMatrix k(a.rows(), b.rows());
+  kernels::reference::CovarianceBlock<double>(theta.covariance, ViewOf(a), ViewOf(b), false,
+                                              ViewOf(k));
+  return k;
+}
 
-#endif  // EGOSIEVE_TESTS_GP_LEARNING_PROBLEMS_H_
+// The same of one set, with the noise.
+inline RowMatrix GramOf(const Hyperparameters& theta, const RowMatrix& x) {
+  RowMatrix k = Covariances(theta, x, x);
+  k.diagonal().array() += theta.noise_variance();
+  return k;
+}
+
+// Area under the ROC curve of scores against labels over a half.
+inline double AreaUnderCurve(const std::vector<double>& scores, const double* labels) {
+  std::vector<size_t> order(scores.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return scores[a] < scores[b]; });
+  double rank_sum = 0.0, positives = 0.0;
+  for (size_t r = 0; r < order.size(); ++r) {
+    if (labels[order[r]] < 0.5) continue;
+    rank_sum += static_cast<double>(r) + 1.0;
+    ++positives;
+  }
+  const double negatives = static_cast<double>(scores.size()) - positives;
+  return (rank_sum - positives * (positives + 1.0) / 2.0) / (positives * negatives);
+}
+
+}  // namespace egosieve::gp

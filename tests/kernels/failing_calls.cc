@@ -4,6 +4,8 @@
 #include <dlfcn.h>
 
 #include <mutex>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 
 namespace egosieve::kernels {
@@ -31,9 +33,21 @@ bool Fails(const char* function, cl_int* code) {
   return true;
 }
 
-template <typename Function>
-Function* Driver(const char* name) {
-  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+// Fails, or passes the call to the driver. Where a call gives no code, the last argument takes it.
+template <typename Function, typename... Arguments>
+auto Pass(const char* name, Arguments... arguments) {
+  using Result = std::invoke_result_t<Function*, Arguments...>;
+  cl_int code;
+  if (!Fails(name, &code)) {
+    return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name))(arguments...);
+  }
+  if constexpr (std::is_same_v<Result, cl_int>) {
+    return code;
+  } else {
+    cl_int* error = std::get<sizeof...(Arguments) - 1>(std::tuple(arguments...));
+    if (error != nullptr) *error = code;
+    return Result(nullptr);
+  }
 }
 
 }  // namespace
@@ -71,115 +85,78 @@ bool CallHasFailed() {
 }  // namespace egosieve::kernels
 
 using egosieve::kernels::CountBytes;
-using egosieve::kernels::Driver;
-using egosieve::kernels::Fails;
+using egosieve::kernels::Pass;
 
 extern "C" {
 
 cl_kernel clCreateKernel(cl_program program, const char* name, cl_int* error) {
-  cl_int code;
-  if (Fails(__func__, &code)) {
-    if (error != nullptr) *error = code;
-    return nullptr;
-  }
-  return Driver<decltype(clCreateKernel)>(__func__)(program, name, error);
+  return Pass<decltype(clCreateKernel)>(__func__, program, name, error);
 }
 
 cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device,
                                       cl_command_queue_properties properties, cl_int* error) {
-  cl_int code;
-  if (Fails(__func__, &code)) {
-    if (error != nullptr) *error = code;
-    return nullptr;
-  }
-  return Driver<decltype(clCreateCommandQueue)>(__func__)(context, device, properties, error);
+  return Pass<decltype(clCreateCommandQueue)>(__func__, context, device, properties, error);
 }
 
 cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host,
                       cl_int* error) {
-  cl_int code;
-  if (Fails(__func__, &code)) {
-    if (error != nullptr) *error = code;
-    return nullptr;
-  }
-  CountBytes(host != nullptr, size);
-  return Driver<decltype(clCreateBuffer)>(__func__)(context, flags, size, host, error);
+  const cl_mem buffer = Pass<decltype(clCreateBuffer)>(__func__, context, flags, size, host, error);
+  if (buffer != nullptr) CountBytes(host != nullptr, size);
+  return buffer;
 }
 
 cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset,
                             size_t size, const void* source, cl_uint count, const cl_event* wait,
                             cl_event* event) {
-  cl_int code;
-  if (Fails(__func__, &code)) return code;
-  CountBytes(/*of_host=*/true, size);
-  return Driver<decltype(clEnqueueWriteBuffer)>(__func__)(queue, buffer, blocking, offset, size,
-                                                          source, count, wait, event);
+  const cl_int code = Pass<decltype(clEnqueueWriteBuffer)>(
+      __func__, queue, buffer, blocking, offset, size, source, count, wait, event);
+  if (code == CL_SUCCESS) CountBytes(/*of_host=*/true, size);
+  return code;
 }
 
 cl_int clSetKernelArg(cl_kernel kernel, cl_uint index, size_t size, const void* value) {
-  cl_int code;
-  if (Fails(__func__, &code)) return code;
-  return Driver<decltype(clSetKernelArg)>(__func__)(kernel, index, size, value);
+  return Pass<decltype(clSetKernelArg)>(__func__, kernel, index, size, value);
 }
 
 cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions,
                               const size_t* offset, const size_t* global, const size_t* local,
                               cl_uint count, const cl_event* wait, cl_event* event) {
-  cl_int code;
-  if (Fails(__func__, &code)) return code;
-  return Driver<decltype(clEnqueueNDRangeKernel)>(__func__)(queue, kernel, dimensions, offset,
-                                                            global, local, count, wait, event);
+  return Pass<decltype(clEnqueueNDRangeKernel)>(__func__, queue, kernel, dimensions, offset, global,
+                                                local, count, wait, event);
 }
 
 void* clEnqueueMapBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking,
                          cl_map_flags flags, size_t offset, size_t size, cl_uint count,
                          const cl_event* wait, cl_event* event, cl_int* error) {
-  cl_int code;
-  if (Fails(__func__, &code)) {
-    if (error != nullptr) *error = code;
-    return nullptr;
-  }
-  return Driver<decltype(clEnqueueMapBuffer)>(__func__)(queue, buffer, blocking, flags, offset,
-                                                        size, count, wait, event, error);
+  return Pass<decltype(clEnqueueMapBuffer)>(__func__, queue, buffer, blocking, flags, offset, size,
+                                            count, wait, event, error);
 }
 
 cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem memory, void* mapped, cl_uint count,
                                const cl_event* wait, cl_event* event) {
-  cl_int code;
-  if (Fails(__func__, &code)) return code;
-  return Driver<decltype(clEnqueueUnmapMemObject)>(__func__)(queue, memory, mapped, count, wait,
-                                                             event);
+  return Pass<decltype(clEnqueueUnmapMemObject)>(__func__, queue, memory, mapped, count, wait,
+                                                 event);
 }
 
 cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset,
                            size_t size, void* target, cl_uint count, const cl_event* wait,
                            cl_event* event) {
-  cl_int code;
-  if (Fails(__func__, &code)) return code;
-  return Driver<decltype(clEnqueueReadBuffer)>(__func__)(queue, buffer, blocking, offset, size,
-                                                         target, count, wait, event);
+  return Pass<decltype(clEnqueueReadBuffer)>(__func__, queue, buffer, blocking, offset, size,
+                                             target, count, wait, event);
 }
 
 cl_int clEnqueueFillBuffer(cl_command_queue queue, cl_mem buffer, const void* pattern,
                            size_t pattern_size, size_t offset, size_t size, cl_uint count,
                            const cl_event* wait, cl_event* event) {
-  cl_int code;
-  if (Fails(__func__, &code)) return code;
-  return Driver<decltype(clEnqueueFillBuffer)>(__func__)(queue, buffer, pattern, pattern_size,
-                                                         offset, size, count, wait, event);
+  return Pass<decltype(clEnqueueFillBuffer)>(__func__, queue, buffer, pattern, pattern_size, offset,
+                                             size, count, wait, event);
 }
 
 cl_int clSetEventCallback(cl_event event, cl_int type,
                           void(CL_CALLBACK* notify)(cl_event, cl_int, void*), void* data) {
-  cl_int code;
-  if (Fails(__func__, &code)) return code;
-  return Driver<decltype(clSetEventCallback)>(__func__)(event, type, notify, data);
+  return Pass<decltype(clSetEventCallback)>(__func__, event, type, notify, data);
 }
 
-cl_int clFinish(cl_command_queue queue) {
-  cl_int code;
-  if (Fails(__func__, &code)) return code;
-  return Driver<decltype(clFinish)>(__func__)(queue);
-}
+cl_int clFinish(cl_command_queue queue) { return Pass<decltype(clFinish)>(__func__, queue); }
 
 }  // extern "C"

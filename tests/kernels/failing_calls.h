@@ -1,8 +1,7 @@
 // OpenCL calls that fail when a test wants them to, and the bytes that pass through them. A program
 // that links this library gets its calls of the entry points below through it; each passes to the
 // driver's unless a failure is armed.
-#ifndef EGOSIEVE_TESTS_KERNELS_FAILING_CALLS_H_
-#define EGOSIEVE_TESTS_KERNELS_FAILING_CALLS_H_
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -27,5 +26,3 @@ int64_t TakeHostBytes();
 int64_t TakeScratchBytes();
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_TESTS_KERNELS_FAILING_CALLS_H_

@@ -1,6 +1,5 @@
 // Sets an environment variable, and restores it at the end of the scope.
-#ifndef EGOSIEVE_TESTS_KERNELS_SCOPED_VARIABLE_H_
-#define EGOSIEVE_TESTS_KERNELS_SCOPED_VARIABLE_H_
+#pragma once
 
 #include <cstdlib>
 #include <optional>
@@ -34,5 +33,3 @@ class ScopedVariable {
 };
 
 }  // namespace egosieve
-
-#endif  // EGOSIEVE_TESTS_KERNELS_SCOPED_VARIABLE_H_

@@ -3,9 +3,9 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "gtest/gtest.h"
 #include "kernels/reference/covariance.h"
 #include "kernels/runtime/opencl_context.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 
@@ -128,9 +128,8 @@ PosteriorErrorBounds ErrorBounds(const PosteriorModel& model, double noise_stdde
 }
 
 std::shared_ptr<Context> TestContext() {
-  static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext();
-  EXPECT_TRUE(context.ok()) << context.status();
-  return context.ok() ? *context : nullptr;
+  static const std::shared_ptr<Context> context = Value(OpenContext());
+  return context;
 }
 
 bool TestIsOnReference() { return TestContext()->is_reference(); }
@@ -139,9 +138,8 @@ std::shared_ptr<Context> SideBySideContext() {
   ContextOptions options;
   options.tuning = DefaultGpuTuning();
   options.shared_memory = false;
-  static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
-  EXPECT_TRUE(context.ok()) << context.status();
-  return context.ok() ? *context : nullptr;
+  static const std::shared_ptr<Context> context = Value(OpenContext(options));
+  return context;
 }
 
 }  // namespace egosieve::kernels

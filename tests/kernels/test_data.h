@@ -1,11 +1,9 @@
 // Seeded points, factors and guarded arrays for the tests of the kernels.
-#ifndef EGOSIEVE_TESTS_KERNELS_TEST_DATA_H_
-#define EGOSIEVE_TESTS_KERNELS_TEST_DATA_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
 #include <random>
-#include <string>
 #include <vector>
 
 #include "kernels/base/covariance_parameters.h"
@@ -111,5 +109,3 @@ bool TestIsOnReference();
 std::shared_ptr<Context> SideBySideContext();
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_TESTS_KERNELS_TEST_DATA_H_

@@ -21,7 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).absolute().parents[2]
 LIBRARIES = ['//tests/kernels/...', '//tests/gp/...', '//tests/vision/...', '//tests/tools/...']
 FAST = ['//tests/kernels/base/...', '//tests/kernels/files/...', '//tests/gp/io/...', '//tests/gp/linalg/...', '//tests/gp/selection/...',
-        '//tests/vision/paper:features_test']
+        '//tests/vision:parts_test']
 ADDRESS = ['--config=asan', '--config=ubsan']
 BAZEL = ['bazel', 'test', '--keep_going', '--local_test_jobs=2', '--test_summary=short', '--test_output=errors', '--show_progress',
          '--curses=no', '--color=no', '--show_progress_rate_limit=15', '--progress_report_interval=15']

@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -35,17 +34,12 @@ void ExpectEqual(const ArrayMap& a, const ArrayMap& b) {
   }
 }
 
-std::string SomeBytes() {
-  auto bytes = SerializeArrays(SomeArrays());
-  EXPECT_TRUE(bytes.ok()) << bytes.status();
-  return *std::move(bytes);
-}
+std::string SomeBytes() { return Value(SerializeArrays(SomeArrays())); }
 
 TEST(ArrayFile, ReadsWhatItWrites) {
   const std::string bytes = SomeBytes();
-  const auto arrays = ParseArrays(bytes);
-  ASSERT_TRUE(arrays.ok()) << arrays.status();
-  ExpectEqual(*arrays, SomeArrays());
+  const auto arrays = Value(ParseArrays(bytes));
+  ExpectEqual(arrays, SomeArrays());
   EXPECT_EQ(bytes, SomeBytes());
 }
 
@@ -59,7 +53,7 @@ TEST(ArrayFile, WritesTheSameBytesAtAnyTime) {
   unsetenv("SOURCE_DATE_EPOCH");
   unsetenv("TZ");
   tzset();
-  EXPECT_NE(bytes.find(std::string("\0\0\x21\0", 4)), std::string::npos);
+  EXPECT_THAT(bytes, testing::HasSubstr(std::string("\0\0\x21\0", 4)));
 }
 
 TEST(ArrayFile, NoArraysAreNoFile) {
@@ -73,11 +67,9 @@ TEST(ArrayFile, WritesNoMoreArraysThanItReads) {
   for (int64_t i = 0; i < kMaxArraysInFile; ++i) {
     arrays["array_" + std::to_string(i)] = VectorArray<int64_t>({i});
   }
-  const auto bytes = SerializeArrays(arrays);
-  ASSERT_TRUE(bytes.ok()) << bytes.status();
-  const auto read = ParseArrays(*bytes);
-  ASSERT_TRUE(read.ok()) << read.status();
-  ExpectEqual(*read, arrays);
+  const auto bytes = Value(SerializeArrays(arrays));
+  const auto read = Value(ParseArrays(bytes));
+  ExpectEqual(read, arrays);
   arrays["one more"] = VectorArray<int64_t>({0});
   EXPECT_EQ(SerializeArrays(arrays).status().code(), absl::StatusCode::kFailedPrecondition);
 }
@@ -129,9 +121,8 @@ assert arrays['nothing'].shape == (0, 6) and arrays['bytes'].tobytes() == b'\x00
 numpy.savez(sys.argv[1], **arrays)
 )",
                      path));
-  const auto read = ParseArrays(Contents(path));
-  ASSERT_TRUE(read.ok()) << read.status();
-  ExpectEqual(*read, SomeArrays());
+  const auto read = Value(ParseArrays(Contents(path)));
+  ExpectEqual(read, SomeArrays());
   ASSERT_TRUE(
       Python("import sys, numpy; numpy.savez_compressed(sys.argv[1], a=numpy.zeros(1000))", path));
   EXPECT_EQ(ParseArrays(Contents(path)).status().code(), absl::StatusCode::kUnimplemented);
@@ -235,7 +226,7 @@ open(sys.argv[1], 'wb').write(body + directory + end)
                      path));
   const absl::Status status = ParseArrays(Contents(path)).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
-  EXPECT_THAT(std::string(status.message()), testing::HasSubstr("larger than the file"));
+  EXPECT_THAT(status.message(), testing::HasSubstr("larger than the file"));
 }
 
 // A header's signature in the last bytes before the directory, without the rest of it.

@@ -1,6 +1,5 @@
 // Seeded matrices for the laws of the linear algebra's tests.
-#ifndef EGOSIEVE_TESTS_GP_LINALG_RANDOM_MATRICES_H_
-#define EGOSIEVE_TESTS_GP_LINALG_RANDOM_MATRICES_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -19,6 +18,8 @@
 namespace egosieve::gp {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+using NarrowMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 inline kernels::MatrixView<double> ViewOf(RowMatrix& m) { return {m.data(), m.rows(), m.cols()}; }
 inline kernels::ConstMatrixView<double> ViewOf(const RowMatrix& m) {
@@ -88,6 +89,12 @@ inline RowMatrix Select(const RowMatrix& k, const std::vector<int64_t>& rows) {
   return out;
 }
 
+// f'(0) by the five-point rule with steps of h: off by h^4 / 30 times the fifth derivative.
+template <typename F>
+double FivePointSlope(const F& f, double h) {
+  return (f(-2.0 * h) - 8.0 * f(-h) + 8.0 * f(h) - f(2.0 * h)) / (12.0 * h);
+}
+
 // |L L^T - K|_F in units of `order` eps |K|_F, order being the size of the largest matrix that L
 // went through; 0 for an empty K.
 inline double BackwardError(const RowMatrix& l, const RowMatrix& k, int64_t order) {
@@ -97,5 +104,3 @@ inline double BackwardError(const RowMatrix& l, const RowMatrix& k, int64_t orde
 }
 
 }  // namespace egosieve::gp
-
-#endif  // EGOSIEVE_TESTS_GP_LINALG_RANDOM_MATRICES_H_

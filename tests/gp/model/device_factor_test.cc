@@ -2,20 +2,17 @@
 // the host's factor, and unchanged where the device fails.
 #include <CL/cl.h>
 
-#include <cmath>
 #include <functional>
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "gmock/gmock.h"
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
-#include "gtest/gtest.h"
 #include "kernels/ops/exact_regression.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/kernels/failing_calls.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -27,17 +24,14 @@ constexpr int64_t kPoints = 150, kMore = 10;
 std::shared_ptr<kernels::Context> OwnMemory() {
   kernels::ContextOptions options;
   options.shared_memory = false;
-  static const auto context = kernels::OpenContext(options);
-  EXPECT_TRUE(context.ok()) << context.status();
-  return context.ok() ? *context : nullptr;
+  static const auto context = Value(kernels::OpenContext(options));
+  return context;
 }
 
 bool IsOnReference() { return !kernels::RegressesOnDevice(*OwnMemory()); }
 
 ExactModel MakeModel(std::shared_ptr<kernels::Context> context, const Hyperparameters& theta) {
-  auto model = ExactModel::Create(std::move(context), theta);
-  EXPECT_TRUE(model.ok()) << model.status();
-  return *std::move(model);
+  return Value(ExactModel::Create(std::move(context), theta));
 }
 
 // The same up to rounding, which cond(K_y) = |K_y| / noise magnifies: below 1e4 here.
@@ -65,8 +59,7 @@ TEST(DeviceFactor, IsThatOfTheHost) {
   ExactModel here = MakeModel(TestContext(), theta), there = MakeModel(OwnMemory(), theta);
   const auto change = [&](auto body) {
     for (ExactModel* model : {&here, &there}) {
-      const absl::Status status = body(*model);
-      ASSERT_TRUE(status.ok()) << status;
+      ASSERT_EQ(body(*model), absl::OkStatus());
     }
     ExpectSame(there, here);
   };
@@ -121,7 +114,7 @@ TEST(DeviceFactor, ADeviceThatFailsLeavesTheModel) {
     const absl::Status status = change();
     ASSERT_TRUE(kernels::CallHasFailed());
     EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-    EXPECT_NE(status.message().find("factorising on the device"), std::string::npos) << status;
+    EXPECT_THAT(status.message(), testing::HasSubstr("factorising on the device"));
     EXPECT_EQ(std::vector<double>(model.alpha().begin(), model.alpha().end()), alpha);
     EXPECT_EQ(model.hyperparameters().noise_stddev, theta.noise_stddev);
   }
@@ -136,13 +129,10 @@ void ExpectSamePredictions(const Model& here, const Model& there) {
   auto generator = TestGenerator();
   const RowMatrix queries = 2.0 * RandomPoints(300, 3, generator);
   for (const PredictWhat what : {PredictWhat::kMean, PredictWhat::kMeanAndVariance}) {
-    const auto expected = here.Predict(ViewOf(queries), what);
-    const auto actual = there.Predict(ViewOf(queries), what);
-    ASSERT_TRUE(expected.ok()) << expected.status();
-    ASSERT_TRUE(actual.ok()) << actual.status();
-    EXPECT_THAT(actual->mean, testing::Pointwise(testing::DoubleNear(1e-9), expected->mean));
-    EXPECT_THAT(actual->variance,
-                testing::Pointwise(testing::DoubleNear(1e-9), expected->variance));
+    const auto expected = Value(here.Predict(ViewOf(queries), what));
+    const auto actual = Value(there.Predict(ViewOf(queries), what));
+    EXPECT_THAT(actual.mean, testing::Pointwise(testing::DoubleNear(1e-9), expected.mean));
+    EXPECT_THAT(actual.variance, testing::Pointwise(testing::DoubleNear(1e-9), expected.variance));
   }
 }
 
@@ -186,8 +176,7 @@ TEST(DeviceFactor, APredictionThatFailsThereSaysSo) {
     const absl::Status status = predict();
     ASSERT_TRUE(kernels::CallHasFailed());
     EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-    EXPECT_NE(status.message().find("predicting in float64 on the device"), std::string::npos)
-        << status;
+    EXPECT_THAT(status.message(), testing::HasSubstr("predicting in float64 on the device"));
   }
   EXPECT_TRUE(predict().ok());
 }

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "gp/training/marginal_likelihood.h"
 #include "gp/training/simulated_annealing.h"
-#include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
@@ -20,11 +17,9 @@ using kernels::CovarianceFunction;
 constexpr CovarianceFunction kArcsine = CovarianceFunction::kArcsine;
 
 HyperparameterTrainer MakeTrainer(const TrainerOptions& options, int64_t dimension = 3) {
-  auto trainer =
-      HyperparameterTrainer::Create(DefaultHyperparameters(kArcsine, dimension),
-                                    HyperparameterBounds::Default(kArcsine, dimension), options);
-  EXPECT_TRUE(trainer.ok()) << trainer.status();
-  return *std::move(trainer);
+  return Value(HyperparameterTrainer::Create(DefaultHyperparameters(kArcsine, dimension),
+                                             HyperparameterBounds::Default(kArcsine, dimension),
+                                             options));
 }
 
 TrainerOptions QuickOptions() {
@@ -36,10 +31,9 @@ TrainerOptions QuickOptions() {
 }
 
 double MeanLikelihood(const Hyperparameters& theta, const LabelledPoints& points) {
-  const auto value = ComputeMarginalLikelihood(
-      *TestContext(), theta, {ViewOf(points.inputs), points.targets()}, LikelihoodOrder::kValue);
-  EXPECT_TRUE(value.ok()) << value.status();
-  return value->value / static_cast<double>(points.labels.size());
+  const auto value = Value(ComputeMarginalLikelihood(
+      *TestContext(), theta, {ViewOf(points.inputs), points.targets()}, LikelihoodOrder::kValue));
+  return value.value / static_cast<double>(points.labels.size());
 }
 
 TEST(SimulatedAnnealing, LeavesTheLocalMaximum) {
@@ -51,24 +45,22 @@ TEST(SimulatedAnnealing, LeavesTheLocalMaximum) {
   AnnealingOptions options;
   options.first_temperature = 1.0;
   options.evaluations = 300;
-  const auto result = Anneal(objective, {-2.0}, {{-5.0}, {5.0}}, options);
-  ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_NEAR(result->theta[0], 3.0, 0.3);
-  EXPECT_EQ(result->evaluations, 300);
+  const auto result = Value(Anneal(objective, {-2.0}, {{-5.0}, {5.0}}, options));
+  EXPECT_NEAR(result.theta[0], 3.0, 0.3);
+  EXPECT_EQ(result.evaluations, 300);
   const auto again = Anneal(objective, {-2.0}, {{-5.0}, {5.0}}, options);
-  EXPECT_EQ(result->theta, again->theta);
+  EXPECT_EQ(result.theta, again->theta);
   options.seed = 2;
-  EXPECT_NE(Anneal(objective, {-2.0}, {{-5.0}, {5.0}}, options)->theta, result->theta);
+  EXPECT_NE(Anneal(objective, {-2.0}, {{-5.0}, {5.0}}, options)->theta, result.theta);
 }
 
 TEST(SimulatedAnnealing, NeverAcceptsWhatIsNoNumber) {
   const auto objective = [](const std::vector<double>& t) -> absl::StatusOr<double> {
     return t[0] > 0.0 ? std::nan("") : -t[0] * t[0];
   };
-  const auto result = Anneal(objective, {-4.0}, {{-5.0}, {5.0}});
-  ASSERT_TRUE(result.ok());
-  EXPECT_LE(result->theta[0], 0.0);
-  EXPECT_GT(result->objective, -1.0);
+  const auto result = Value(Anneal(objective, {-4.0}, {{-5.0}, {5.0}}));
+  EXPECT_LE(result.theta[0], 0.0);
+  EXPECT_GT(result.objective, -1.0);
 }
 
 TEST(HyperparameterTrainer, RaisesTheLikelihoodAndSettles) {
@@ -79,10 +71,10 @@ TEST(HyperparameterTrainer, RaisesTheLikelihoodAndSettles) {
   const Hyperparameters start = trainer.hyperparameters();
   int64_t idle = 0;
   for (int round = 0; round < 60; ++round) {
-    const auto report = trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets());
-    ASSERT_TRUE(report.ok()) << report.status();
-    EXPECT_EQ(report->annealed, round == 0);
-    idle += report->steps == 0;
+    const auto report =
+        Value(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets()));
+    EXPECT_EQ(report.annealed, round == 0);
+    idle += report.steps == 0;
   }
   EXPECT_GT(MeanLikelihood(trainer.hyperparameters(), points), before + 0.02);
   EXPECT_TRUE(trainer.ShouldRebuild(start));
@@ -100,17 +92,17 @@ TEST(HyperparameterTrainer, DoesLessWhenSettledAndNoticesChange) {
   HyperparameterTrainer trainer = MakeTrainer(options);
   std::vector<int64_t> steps;
   for (int round = 0; round < 9; ++round) {
-    const auto report = trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets());
-    ASSERT_TRUE(report.ok()) << report.status();
-    steps.push_back(report->steps);
+    const auto report =
+        Value(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets()));
+    steps.push_back(report.steps);
   }
   EXPECT_EQ(steps, (std::vector<int64_t>{25, 0, 0, 0, 2, 0, 0, 0, 2}));
   // Labels that are noise now: the objective falls, and it takes steps at once.
   LabelledPoints changed = points;
   for (double& label : changed.labels) label = generator() % 2 == 0 ? 0.0 : 1.0;
-  const auto report = trainer.Train(*TestContext(), ViewOf(changed.inputs), changed.targets());
-  ASSERT_TRUE(report.ok());
-  EXPECT_EQ(report->steps, 2);
+  const auto report =
+      Value(trainer.Train(*TestContext(), ViewOf(changed.inputs), changed.targets()));
+  EXPECT_EQ(report.steps, 2);
 }
 
 // Two places, half of the points at each: J depends on how many points there are and hardly on
@@ -134,9 +126,9 @@ TEST(HyperparameterTrainer, ChecksOfFewPointsAreNotComparedWithStepsOfMany) {
   HyperparameterTrainer trainer = MakeTrainer(options);
   std::vector<int64_t> steps;
   for (int round = 0; round < 9; ++round) {
-    const auto report = trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets());
-    ASSERT_TRUE(report.ok()) << report.status();
-    steps.push_back(report->steps);
+    const auto report =
+        Value(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets()));
+    steps.push_back(report.steps);
   }
   EXPECT_EQ(steps, (std::vector<int64_t>{25, 0, 0, 0, 2, 0, 0, 0, 2}));
 }
@@ -148,23 +140,21 @@ TEST(HyperparameterTrainer, AnIndefiniteFrameIsForgotten) {
   const HyperparameterBounds here{ToLogarithms(theta), ToLogarithms(theta)};
   TrainerOptions options = QuickOptions();
   options.settled_movement = 1e9;
-  auto trainer = HyperparameterTrainer::Create(theta, here, options);
-  ASSERT_TRUE(trainer.ok()) << trainer.status();
+  auto trainer = Value(HyperparameterTrainer::Create(theta, here, options));
   auto generator = TestGenerator();
   const LabelledPoints apart = NoisyBlobs(60, 3, generator);
   const LabelledPoints alike = TwoPlaces(60);
   const auto train = [&](const LabelledPoints& points) {
-    const auto report = trainer->Train(*TestContext(), ViewOf(points.inputs), points.targets());
-    ASSERT_TRUE(report.ok()) << report.status();
+    ASSERT_TRUE(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets()).ok());
   };
   for (int round = 0; round < 3; ++round) train(apart);
-  ASSERT_TRUE(trainer->state().smoothed_objective.has_value());
+  ASSERT_TRUE(trainer.state().smoothed_objective.has_value());
   for (int round = 0; round < 3; ++round) train(alike);
-  EXPECT_TRUE(trainer->Restore(trainer->state()).ok());
+  EXPECT_TRUE(trainer.Restore(trainer.state()).ok());
   train(apart);
-  ASSERT_TRUE(trainer->state().smoothed_objective.has_value());
-  EXPECT_TRUE(std::isfinite(*trainer->state().smoothed_objective));
-  EXPECT_TRUE(trainer->Restore(trainer->state()).ok());
+  ASSERT_TRUE(trainer.state().smoothed_objective.has_value());
+  EXPECT_TRUE(std::isfinite(*trainer.state().smoothed_objective));
+  EXPECT_TRUE(trainer.Restore(trainer.state()).ok());
 }
 
 TEST(HyperparameterTrainer, GoesOnFromItsStateBitForBit) {

@@ -6,7 +6,6 @@
 #include <tuple>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/base/prepared_points.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
@@ -15,6 +14,7 @@
 #include "kernels/reference/dense_posterior.h"
 #include "tests/kernels/covariance/expressions.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -54,9 +54,8 @@ class OnTheDevice : public testing::TestWithParam<std::tuple<std::string, int64_
   void ExpectReferencesMatrix(double unit_roundoff) {
     GuardedMatrix<T> actual(kCount, kCount, 3);
     GuardedMatrix<double> expected(kCount, kCount, 0);
-    const absl::Status status =
-        CrossCovariance<T>(*TestContext(), parameters_, x_, x_, actual.view());
-    ASSERT_TRUE(status.ok()) << status;
+    ASSERT_EQ(CrossCovariance<T>(*TestContext(), parameters_, x_, x_, actual.view()),
+              absl::OkStatus());
     EXPECT_TRUE(actual.guards_intact());
     reference::CovarianceBlock<double>(parameters_, x_, x_, false, expected.view());
     const double signal = parameters_.signal_stddev * parameters_.signal_stddev;
@@ -84,15 +83,14 @@ TEST_P(OnTheDevice, DerivativesAreTheReferences) {
   std::vector<double> w(kCount * kCount);
   for (double& weight : w) weight = Uniform(random_, -1.0, 1.0);
   const ConstMatrixView<double> weights(w.data(), kCount, kCount);
-  const auto actual = CovarianceGradient(*TestContext(), parameters_, x_, weights);
-  ASSERT_TRUE(actual.ok()) << actual.status();
+  const auto actual = Value(CovarianceGradient(*TestContext(), parameters_, x_, weights));
   const std::vector<double> expected = reference::CovarianceGradient(parameters_, x_, weights);
-  ASSERT_EQ(actual->size(), expected.size());
+  ASSERT_EQ(actual.size(), expected.size());
   // Some hundred roundings in each of the n^2 terms, which are of the order of the variance; the
   // derivative of Matern 1/2 divides by the distance.
   const double tolerance = 1e3 * kCount * kCount * Roundings() * std::ldexp(1.0, -53);
   for (size_t t = 0; t < expected.size(); ++t) {
-    EXPECT_NEAR((*actual)[t], expected[t], tolerance) << "parameter " << t;
+    EXPECT_NEAR(actual[t], expected[t], tolerance) << "parameter " << t;
   }
 }
 
@@ -100,14 +98,12 @@ TEST_P(OnTheDevice, PosteriorIsTheReferences) {
   const double noise = 0.5;
   const Problem problem = MakeProblem(random_, parameters_, 50, noise);
   const PosteriorModel model = problem.model(FactorKind::kCholesky);
-  const auto posterior = DensePosterior::Create(TestContext(), model);
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const auto posterior = Value(DensePosterior::Create(TestContext(), model));
   std::vector<float> queries(kQueries * dimension_);
   for (float& value : queries) value = static_cast<float>(Uniform(random_, -1.0, 1.0));
   const ConstMatrixView<float> at(queries.data(), kQueries, dimension_);
   std::vector<float> mean(kQueries), variance(kQueries);
-  const auto counts = (*posterior)->Evaluate(at, {mean.data(), variance.data()});
-  ASSERT_TRUE(counts.ok()) << counts.status();
+  ASSERT_TRUE(posterior->Evaluate(at, {mean.data(), variance.data()}).ok());
   std::vector<double> means(kQueries), variances(kQueries);
   reference::DensePosterior(model).Evaluate(at, means.data(), variances.data(),
                                             static_cast<double*>(nullptr));

@@ -1,14 +1,13 @@
 // Covariance functions for tests: every one that is registered, and compositions nested three deep.
-#ifndef EGOSIEVE_TESTS_KERNELS_COVARIANCE_EXPRESSIONS_H_
-#define EGOSIEVE_TESTS_KERNELS_COVARIANCE_EXPRESSIONS_H_
+#pragma once
 
 #include <cmath>
 #include <string>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/covariance/covariance_function.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 
@@ -28,9 +27,7 @@ inline std::vector<std::string> Expressions() {
 }
 
 inline CovarianceFunction Function(const std::string& text) {
-  const auto function = CovarianceFunction::Parse(text);
-  EXPECT_TRUE(function.ok()) << function.status();
-  return function.ok() ? *function : CovarianceFunction::kArcsine;
+  return Value(CovarianceFunction::Parse(text));
 }
 
 // Scales of which no two are alike. For inputs in [-1, 1], distances over length-scales and weighted
@@ -56,5 +53,3 @@ inline CovarianceParameters ParametersOf(const std::string& text, int64_t dimens
 }
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_TESTS_KERNELS_COVARIANCE_EXPRESSIONS_H_

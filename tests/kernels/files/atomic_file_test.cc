@@ -16,7 +16,6 @@
 #include <fstream>
 
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 
 namespace {
 
@@ -88,7 +87,7 @@ TEST_F(AtomicFile, WritingReplacesTheWholeFileAndLeavesNothingBeside) {
 TEST_F(AtomicFile, APathThatCannotBeWrittenIsNamed) {
   const absl::Status status = WriteFileAtomically("/nowhere/at/all", "x");
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("/nowhere/at/all"));
+  EXPECT_THAT(status.message(), HasSubstr("/nowhere/at/all"));
 }
 
 // A limit on the file size stands for a full disk: the write fails after a part of the bytes.
@@ -115,7 +114,7 @@ TEST_F(AtomicFile, AnErrorBeforeTheRenameLeavesTheOldFile) {
   absl::Status status = WriteFileAtomically(At("a"), "new");
   folders_open = true;
   EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr(folder_));
+  EXPECT_THAT(status.message(), HasSubstr(folder_));
   EXPECT_EQ(*ReadFile(At("a")), "old");
   syncs_until_failure = 0;  // the file's
   status = WriteFileAtomically(At("a"), "new");
@@ -129,7 +128,7 @@ TEST_F(AtomicFile, AFolderThatIsNotSyncedIsAnErrorAndTheNewFileIsThere) {
   syncs_until_failure = 1;  // the folder's, after the rename
   const absl::Status status = WriteFileAtomically(At("a"), "new");
   EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr(folder_));
+  EXPECT_THAT(status.message(), HasSubstr(folder_));
   EXPECT_EQ(*ReadFile(At("a")), "new");
   EXPECT_THAT(*ListFolder(folder_), ElementsAre("a"));
 }
@@ -142,7 +141,7 @@ TEST_F(AtomicFile, OnlyRegularFilesAreReplaced) {
   for (const char* name : {"link", "pipe", "folder"}) {
     const absl::Status status = WriteFileAtomically(At(name), "x");
     EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << name;
-    EXPECT_THAT(std::string(status.message()), HasSubstr(At(name)));
+    EXPECT_THAT(status.message(), HasSubstr(At(name)));
   }
   EXPECT_EQ(*ReadFile(At("file")), "mine");
   EXPECT_THAT(*ListFolder(folder_), ElementsAre("file", "folder", "link", "pipe"));
@@ -163,7 +162,7 @@ TEST_F(AtomicFile, AReadErrorIsNoEndOfTheFile) {
     const absl::StatusOr<std::string> bytes = ReadFile(At("a"));
     reads_until_failure = -1;
     EXPECT_EQ(bytes.status().code(), absl::StatusCode::kUnavailable) << nth;
-    EXPECT_THAT(std::string(bytes.status().message()), HasSubstr("Input/output error"));
+    EXPECT_THAT(bytes.status().message(), HasSubstr("Input/output error"));
   }
   EXPECT_EQ(ReadFile(At("a"))->size(), size_t{3} << 20);
 }

@@ -4,11 +4,11 @@
 #include <limits>
 #include <thread>
 
-#include "gtest/gtest.h"
 #include "kernels/reference/dense_posterior.h"
 #include "kernels/runtime/tuning.h"
 #include "tests/kernels/ops/posterior_test.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -16,20 +16,19 @@ namespace {
 class DensePosteriorTest : public PosteriorTest {
  protected:
   void ExpectMatchesReference(const Problem& problem, FactorKind kind, double noise_stddev,
-                              int64_t m) {
-    ExpectMatchesReference(context(), problem, kind, noise_stddev, m);
-  }
-  void ExpectMatchesReference(std::shared_ptr<Context> on, const Problem& problem, FactorKind kind,
-                              double noise_stddev, int64_t m) {
-    const PosteriorModel model = problem.model(kind);
-    auto posterior = DensePosterior::Create(std::move(on), model);
-    ASSERT_TRUE(posterior.ok()) << posterior.status();
+                              int64_t m, std::shared_ptr<Context> on = nullptr) {
     const int64_t dimension = problem.covariance.input_dimension();
     const std::vector<float> queries = RandomQueries(random_, m, dimension);
-    const ConstMatrixView<float> view(queries.data(), m, dimension);
+    ExpectMatchesReference(
+        *Value(DensePosterior::Create(on != nullptr ? on : context(), problem.model(kind))),
+        problem.model(kind), noise_stddev, ConstMatrixView<float>(queries.data(), m, dimension));
+  }
+  template <typename T>
+  static void ExpectMatchesReference(const DensePosterior& posterior, const PosteriorModel& model,
+                                     double noise_stddev, ConstMatrixView<T> view) {
+    const int64_t m = view.rows;
     Results results(m);
-    const auto counts = (*posterior)->Evaluate(view, results.outputs());
-    ASSERT_TRUE(counts.ok()) << counts.status();
+    ASSERT_EQ(posterior.Evaluate(view, results.outputs()).status(), absl::OkStatus());
     EXPECT_TRUE(results.guards_intact());
     std::vector<double> mean(m), variance(m), probability(m);
     reference::DensePosterior(model).Evaluate(view, mean.data(), variance.data(),
@@ -92,12 +91,11 @@ TEST_P(DensePosteriorTest, WidePointsWorkInLittleLocalMemory) {
     SCOPED_TRACE(bytes);
     const std::shared_ptr<Context> little = OpenLittleLocalMemory(bytes);
     ASSERT_NE(little, nullptr);
-    ExpectMatchesReference(little, problem, FactorKind::kCholesky, noise, kQueries);
-    auto posterior = DensePosterior::Create(little, problem.model(FactorKind::kCholesky));
-    ASSERT_TRUE(posterior.ok()) << posterior.status();
+    ExpectMatchesReference(problem, FactorKind::kCholesky, noise, kQueries, little);
+    auto posterior = Value(DensePosterior::Create(little, problem.model(FactorKind::kCholesky)));
     Results all(kQueries), alone(kQueries);
-    ASSERT_TRUE((*posterior)->Evaluate(view, all.outputs()).ok());
-    ASSERT_TRUE((*posterior)->Evaluate(view, {alone.mean.data()}).ok());
+    ASSERT_TRUE(posterior->Evaluate(view, all.outputs()).ok());
+    ASSERT_TRUE(posterior->Evaluate(view, {alone.mean.data()}).ok());
     EXPECT_TRUE(alone.guards_intact());
     for (int64_t q = 0; q < kQueries; ++q) ASSERT_EQ(alone.mean(0, q), all.mean(0, q)) << q;
   }
@@ -114,24 +112,21 @@ TEST_P(DensePosteriorTest, BothFormsOfTheArcsineKeepTheErrorBelowOneMillionth) {
       model.covariance = ArcsineParameters(std::vector<double>(7, weight));
       model.inputs = ConstMatrixView<double>(input.data(), 1, 6);
       model.alpha = &alpha;
-      auto posterior = DensePosterior::Create(context(), model);
-      ASSERT_TRUE(posterior.ok()) << posterior.status();
+      auto posterior = Value(DensePosterior::Create(context(), model));
       if (!TestIsOnReference()) {
-        EXPECT_NE((*posterior)->description().find(form), std::string::npos)
-            << (*posterior)->description();
+        EXPECT_THAT(posterior->description(), testing::HasSubstr(form));
       }
       std::vector<float> queries = RandomQueries(random_, 64, 6);
-      for (int q = 0; q < 32;
-           ++q) {  // the same point, moved little by little, and its mirror image
+      // The same point, moved little by little, and its mirror image.
+      for (int q = 0; q < 32; ++q) {
         for (int d = 0; d < 6; ++d) {
           queries[q * 6 + d] =
               static_cast<float>((q % 2 == 0 ? 1 : -1) * input[d] * (1.0 - std::ldexp(1.0, -q)));
         }
       }
       GuardedMatrix<float> mean(1, 64);
-      ASSERT_TRUE((*posterior)
-                      ->Evaluate(ConstMatrixView<float>(queries.data(), 64, 6), {mean.data()})
-                      .ok());
+      ASSERT_TRUE(
+          posterior->Evaluate(ConstMatrixView<float>(queries.data(), 64, 6), {mean.data()}).ok());
       for (int q = 0; q < 64; ++q) {
         double point[6];
         std::copy_n(&queries[q * 6], 6, point);
@@ -147,12 +142,10 @@ TEST_P(DensePosteriorTest, WithoutTrainingPointsItIsThePrior) {
   Problem problem;
   problem.covariance = ArcsineParameters({1.0, 2.0}, 1.5);
   PosteriorModel model = problem.model(FactorKind::kCholesky);
-  auto posterior = DensePosterior::Create(context(), model);
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  auto posterior = Value(DensePosterior::Create(context(), model));
   const float queries[] = {-0.5f, 0.0f, 0.75f};
   Results results(3);
-  ASSERT_TRUE(
-      (*posterior)->Evaluate(ConstMatrixView<float>(queries, 3, 1), results.outputs()).ok());
+  ASSERT_TRUE(posterior->Evaluate(ConstMatrixView<float>(queries, 3, 1), results.outputs()).ok());
   for (int q = 0; q < 3; ++q) {
     const double x = queries[q];
     EXPECT_EQ(results.mean(0, q), 0.0f);
@@ -164,18 +157,17 @@ TEST_P(DensePosteriorTest, WithoutTrainingPointsItIsThePrior) {
 
 TEST_P(DensePosteriorTest, OutputsThatAreNotAskedForChangeNothingElse) {
   const Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 130, 0.3);
-  auto posterior = DensePosterior::Create(context(), problem.model(FactorKind::kCholesky));
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  auto posterior = Value(DensePosterior::Create(context(), problem.model(FactorKind::kCholesky)));
   const std::vector<float> queries = RandomQueries(random_, 100, 6);
   const ConstMatrixView<float> view(queries.data(), 100, 6);
   Results all(100);
-  ASSERT_TRUE((*posterior)->Evaluate(view, all.outputs()).ok());
+  ASSERT_TRUE(posterior->Evaluate(view, all.outputs()).ok());
   for (int mask = 1; mask < 7; ++mask) {
     Results some(100);
     const PosteriorOutputs outputs = {mask & 1 ? some.mean.data() : nullptr,
                                       mask & 2 ? some.variance.data() : nullptr,
                                       mask & 4 ? some.probability.data() : nullptr};
-    ASSERT_TRUE((*posterior)->Evaluate(view, outputs).ok());
+    ASSERT_TRUE(posterior->Evaluate(view, outputs).ok());
     for (int q = 0; q < 100; ++q) {
       if (mask & 1) {
         EXPECT_EQ(some.mean(0, q), all.mean(0, q)) << mask << " " << q;
@@ -199,43 +191,35 @@ TEST_P(DensePosteriorTest, ResultsDoNotDependOnTheTileBitForBit) {
   const std::vector<float> queries = RandomQueries(random_, m, 6);
   Results whole(m);
   for (const FactorKind kind : {FactorKind::kCholesky, FactorKind::kInverseCholesky}) {
-    auto posterior = DensePosterior::Create(context(), problem.model(kind));
-    ASSERT_TRUE(posterior.ok()) << posterior.status();
+    auto posterior = Value(DensePosterior::Create(context(), problem.model(kind)));
     ASSERT_TRUE(
-        (*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), m, 6), whole.outputs()).ok());
+        posterior->Evaluate(ConstMatrixView<float>(queries.data(), m, 6), whole.outputs()).ok());
     DensePosteriorOptions small;
     small.memory_cap_bytes = 1;
-    auto capped = DensePosterior::Create(context(), problem.model(kind), small);
-    ASSERT_TRUE(capped.ok()) << capped.status();
+    auto capped = Value(DensePosterior::Create(context(), problem.model(kind), small));
     for (const int64_t begin : {0, 1, 17, 333, 690}) {
       Results part(m - begin);
       ASSERT_TRUE(
-          (*capped)
+          capped
               ->Evaluate(ConstMatrixView<float>(&queries[begin * 6], m - begin, 6), part.outputs())
               .ok());
-      for (int64_t q = begin; q < m; ++q) {
-        ASSERT_EQ(part.mean(0, q - begin), whole.mean(0, q));
-        ASSERT_EQ(part.variance(0, q - begin), whole.variance(0, q));
-        ASSERT_EQ(part.probability(0, q - begin), whole.probability(0, q));
-      }
+      ExpectSame(part, whole, m - begin, begin);
     }
   }
 }
 
 TEST_P(DensePosteriorTest, QueriesMayHaveAStride) {
   const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 40, 0.3);
-  auto posterior = DensePosterior::Create(context(), problem.model(FactorKind::kNone));
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  auto posterior = Value(DensePosterior::Create(context(), problem.model(FactorKind::kNone)));
   const std::vector<float> queries = RandomQueries(random_, 70, 2);
   std::vector<float> apart(70 * 5, std::numeric_limits<float>::quiet_NaN());
   for (int q = 0; q < 70; ++q) std::copy_n(&queries[q * 2], 2, &apart[q * 5]);
   Results dense(70), strided(70);
-  ASSERT_TRUE((*posterior)
-                  ->Evaluate(ConstMatrixView<float>(queries.data(), 70, 2), {dense.mean.data()})
-                  .ok());
-  ASSERT_TRUE((*posterior)
-                  ->Evaluate(ConstMatrixView<float>(apart.data(), 70, 2, 5), {strided.mean.data()})
-                  .ok());
+  ASSERT_TRUE(
+      posterior->Evaluate(ConstMatrixView<float>(queries.data(), 70, 2), {dense.mean.data()}).ok());
+  ASSERT_TRUE(
+      posterior->Evaluate(ConstMatrixView<float>(apart.data(), 70, 2, 5), {strided.mean.data()})
+          .ok());
   for (int q = 0; q < 70; ++q) ASSERT_EQ(strided.mean(0, q), dense.mean(0, q));
 }
 
@@ -251,23 +235,11 @@ TEST_P(DensePosteriorTest, QueriesInFloat64AreRoundedAfterTheyAreCentred) {
     for (size_t i = 0; i < points->size(); i += 3) (*points)[i] = 1.7e9 + 3000.0 * (*points)[i];
   }
   const PosteriorModel model = problem.model(FactorKind::kCholesky);
-  auto posterior = DensePosterior::Create(context(), model);
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  auto posterior = Value(DensePosterior::Create(context(), model));
   const ConstMatrixView<double> view(queries.data(), m, 3);
-  Results results(m);
-  ASSERT_TRUE((*posterior)->Evaluate(view, results.outputs()).ok());
-  EXPECT_TRUE(results.guards_intact());
-  std::vector<double> mean(m), variance(m), probability(m);
-  reference::DensePosterior(model).Evaluate(view, mean.data(), variance.data(), probability.data());
-  const PosteriorErrorBounds bounds = ErrorBounds(model, noise);
-  for (int64_t q = 0; q < m; ++q) {
-    ASSERT_NEAR(results.mean(0, q), mean[q], bounds.mean) << q;
-    ASSERT_NEAR(results.variance(0, q), variance[q], bounds.variance) << q;
-    ASSERT_NEAR(results.probability(0, q), probability[q], bounds.probability) << q;
-  }
+  ExpectMatchesReference(*posterior, model, noise, view);
   queries[7] = std::numeric_limits<double>::quiet_NaN();
-  const absl::Status refused = (*posterior)->Evaluate(view, results.outputs()).status();
-  EXPECT_NE(refused.message().find("queries(2, 1)"), std::string::npos) << refused;
+  EXPECT_THAT(posterior->Evaluate(view, Results(m).outputs()), IsInvalid("queries(2, 1)"));
 }
 
 TEST_P(DensePosteriorTest, QueriesOfFloat32ValuesGiveTheSameBitsInFloat64) {
@@ -276,18 +248,13 @@ TEST_P(DensePosteriorTest, QueriesOfFloat32ValuesGiveTheSameBitsInFloat64) {
        {ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), SquaredExponentialParameters({0.5, 1.5, 2.0})}) {
     const int64_t dimension = covariance.input_dimension();
     const Problem problem = MakeProblem(random_, covariance, 80, 0.3);
-    auto posterior = DensePosterior::Create(context(), problem.model(FactorKind::kCholesky));
-    ASSERT_TRUE(posterior.ok()) << posterior.status();
+    auto posterior = Value(DensePosterior::Create(context(), problem.model(FactorKind::kCholesky)));
     const std::vector<float> narrow = RandomQueries(random_, m, dimension);
     const std::vector<double> wide(narrow.begin(), narrow.end());
     Results expected(m), results(m);
-    ASSERT_TRUE((*posterior)->Evaluate({narrow.data(), m, dimension}, expected.outputs()).ok());
-    ASSERT_TRUE((*posterior)->Evaluate({wide.data(), m, dimension}, results.outputs()).ok());
-    for (int64_t q = 0; q < m; ++q) {
-      ASSERT_EQ(results.mean(0, q), expected.mean(0, q));
-      ASSERT_EQ(results.variance(0, q), expected.variance(0, q));
-      ASSERT_EQ(results.probability(0, q), expected.probability(0, q));
-    }
+    ASSERT_TRUE(posterior->Evaluate({narrow.data(), m, dimension}, expected.outputs()).ok());
+    ASSERT_TRUE(posterior->Evaluate({wide.data(), m, dimension}, results.outputs()).ok());
+    ExpectSame(results, expected, m);
   }
 }
 
@@ -317,15 +284,13 @@ TEST_P(DensePosteriorTest, ShapesOfTheKernelsChangeRoundingAlone) {
   for (const KernelTuning& shape : shapes) {
     ContextOptions options;
     options.tuning = shape;
-    const auto context = OpenContext(options);
-    ASSERT_TRUE(context.ok()) << context.status();
+    const auto context = Value(OpenContext(options));
     for (const FactorKind kind : {FactorKind::kCholesky, FactorKind::kInverseCholesky}) {
       // Seconds to compile; the products of an inverse take the same loops.
       if (shape.panel % 2 == 0 && kind != FactorKind::kCholesky) continue;
-      auto posterior = DensePosterior::Create(*context, problem.model(kind));
-      ASSERT_TRUE(posterior.ok()) << posterior.status();
+      auto posterior = Value(DensePosterior::Create(context, problem.model(kind)));
       Results results(100);
-      ASSERT_TRUE((*posterior)->Evaluate(view, results.outputs()).ok());
+      ASSERT_TRUE(posterior->Evaluate(view, results.outputs()).ok());
       EXPECT_TRUE(results.guards_intact());
       const double bound = ErrorBounds(problem.model(kind), noise).variance;
       for (int q = 0; q < 100; ++q) ASSERT_NEAR(results.variance(0, q), variance[q], bound);
@@ -335,30 +300,25 @@ TEST_P(DensePosteriorTest, ShapesOfTheKernelsChangeRoundingAlone) {
 
 TEST_P(DensePosteriorTest, OnePosteriorServesSeveralThreads) {
   const Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 150, 0.3);
-  auto posterior = DensePosterior::Create(context(), problem.model(FactorKind::kCholesky));
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  auto posterior = Value(DensePosterior::Create(context(), problem.model(FactorKind::kCholesky)));
   const std::vector<float> queries = RandomQueries(random_, 500, 6);
   const ConstMatrixView<float> view(queries.data(), 500, 6);
   Results expected(500);
-  ASSERT_TRUE((*posterior)->Evaluate(view, expected.outputs()).ok());
+  ASSERT_TRUE(posterior->Evaluate(view, expected.outputs()).ok());
   std::vector<Results> results(4, Results(500));
   std::vector<int> failures(4, 0);
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&, t] {
       for (int repeat = 0; repeat < 10; ++repeat) {
-        failures[t] += (*posterior)->Evaluate(view, results[t].outputs()).ok() ? 0 : 1;
+        failures[t] += posterior->Evaluate(view, results[t].outputs()).ok() ? 0 : 1;
       }
     });
   }
   for (std::thread& thread : threads) thread.join();
   for (int t = 0; t < 4; ++t) {
     EXPECT_EQ(failures[t], 0);
-    for (int q = 0; q < 500; ++q) {
-      ASSERT_EQ(results[t].mean(0, q), expected.mean(0, q));
-      ASSERT_EQ(results[t].variance(0, q), expected.variance(0, q));
-      ASSERT_EQ(results[t].probability(0, q), expected.probability(0, q));
-    }
+    ExpectSame(results[t], expected, 500);
   }
 }
 
@@ -366,14 +326,12 @@ TEST_P(DensePosteriorTest, NegativeVariancesAreClampedAndCounted) {
   // A factor that is too small by a thousand makes |L^-1 k*|^2 a million times too large.
   Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 40, 0.3);
   for (double& value : problem.cholesky) value *= 1e-3;
-  auto posterior = DensePosterior::Create(context(), problem.model(FactorKind::kCholesky));
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  auto posterior = Value(DensePosterior::Create(context(), problem.model(FactorKind::kCholesky)));
   const std::vector<float> queries = RandomQueries(random_, 61, 6);
   Results results(61);
   const auto counts =
-      (*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), 61, 6), results.outputs());
-  ASSERT_TRUE(counts.ok()) << counts.status();
-  EXPECT_EQ(counts->clamped_variances, 61);
+      Value(posterior->Evaluate(ConstMatrixView<float>(queries.data(), 61, 6), results.outputs()));
+  EXPECT_EQ(counts.clamped_variances, 61);
   for (int q = 0; q < 61; ++q) EXPECT_EQ(results.variance(0, q), 0.0f);
 }
 
@@ -382,11 +340,9 @@ TEST(HostPosterior, NamesItsCovariance) {
   const Problem problem = MakeProblem(random, SquaredExponentialParameters({0.5}), 3, 0.3);
   ContextOptions options;
   options.device = "reference";
-  const auto context = OpenContext(options);
-  ASSERT_TRUE(context.ok()) << context.status();
-  const auto posterior = DensePosterior::Create(*context, problem.model(FactorKind::kNone));
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
-  EXPECT_EQ((*posterior)->description(), "reference: float64 on the host, squared_exponential");
+  const auto context = Value(OpenContext(options));
+  const auto posterior = Value(DensePosterior::Create(context, problem.model(FactorKind::kNone)));
+  EXPECT_EQ(posterior->description(), "reference: float64 on the host, squared_exponential");
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, DensePosteriorTest,

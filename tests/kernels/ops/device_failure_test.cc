@@ -2,16 +2,13 @@
 // operation says which call failed, writes nothing, and works when it is asked again.
 #include <CL/opencl.hpp>
 #include <algorithm>
-#include <cmath>
 #include <functional>
-#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
-#include "gtest/gtest.h"
 #include "kernels/ops/box_means.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
@@ -21,6 +18,7 @@
 #include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/failing_calls.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -60,8 +58,7 @@ class DeviceFailureTest : public testing::Test {
       SideBySideContext()->ReleaseIdle();
       return operation(out);
     };
-    const absl::Status good = run(expected);
-    ASSERT_TRUE(good.ok()) << good;
+    ASSERT_EQ(run(expected), absl::OkStatus());
     std::set<std::string> exercised;
     for (const std::string& call : FailingCalls()) {
       constexpr int kManyCalls = 1000;
@@ -91,8 +88,7 @@ class DeviceFailureTest : public testing::Test {
           }
         }
         Outputs again = empty;
-        const absl::Status second = run(again);
-        ASSERT_TRUE(second.ok()) << second;
+        ASSERT_EQ(run(again), absl::OkStatus());
         ExpectSame(again, expected, size);
         ASSERT_LT(nth, kManyCalls - 1);
       }
@@ -108,9 +104,8 @@ class DeviceFailureTest : public testing::Test {
 
 TEST_F(DeviceFailureTest, TheDefaultCapHoldsThousandsOfQueriesAtOnce) {
   const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 50, 0.3);
-  const auto posterior = DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky),
-                                                DensePosteriorOptions());
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const auto posterior = Value(DensePosterior::Create(
+      TestContext(), problem.model(FactorKind::kCholesky), DensePosteriorOptions()));
   constexpr int64_t kQueries = 5000;
   std::vector<float> queries;
   for (const double value : RandomPoints(random_, kQueries, 2)) {
@@ -120,7 +115,7 @@ TEST_F(DeviceFailureTest, TheDefaultCapHoldsThousandsOfQueriesAtOnce) {
   PosteriorOutputs outputs;
   outputs.mean = mean.data();
   FailCall("clEnqueueNDRangeKernel", 1, CL_OUT_OF_RESOURCES);  // the second start of the kernel
-  EXPECT_TRUE((*posterior)->Evaluate({queries.data(), kQueries, 2, 2}, outputs).ok());
+  EXPECT_TRUE(posterior->Evaluate({queries.data(), kQueries, 2, 2}, outputs).ok());
   EXPECT_FALSE(CallHasFailed());
 }
 
@@ -129,8 +124,7 @@ TEST_F(DeviceFailureTest, DensePosterior) {
   DensePosteriorOptions options;
   options.memory_cap_bytes = 1;  // a tile at a time: calls fail when others have succeeded
   const auto posterior =
-      DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky), options);
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
+      Value(DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky), options));
   constexpr int64_t kQueries = 130;
   std::vector<float> queries;
   for (const double value : RandomPoints(random_, kQueries, 2)) {
@@ -138,7 +132,7 @@ TEST_F(DeviceFailureTest, DensePosterior) {
   }
   FailEveryCall(
       [&](Outputs& out) {
-        return (*posterior)
+        return posterior
             ->Evaluate(ConstMatrixView<float>(queries.data(), kQueries, 2),
                        {out[0].data(), out[1].data(), out[2].data()})
             .status();
@@ -174,9 +168,8 @@ TEST_F(DeviceFailureTest, EnqueuedPosterior) {
        {"clCreateCommandQueue", "clCreateKernel", "clCreateBuffer", "clSetKernelArg",
         "clEnqueueNDRangeKernel", "clEnqueueFillBuffer", "clSetEventCallback"}) {
     // Its own: a workspace can come back to a context after its queue has finished.
-    const auto opened = OpenContext();
-    ASSERT_TRUE(opened.ok()) << opened.status();
-    Context& context = **opened;
+    const auto opened = Value(OpenContext());
+    Context& context = *opened;
     const cl::Buffer points(context.cl_context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
                             queries.size() * sizeof(float), queries.data());
     const cl::Buffer mean(context.cl_context(), CL_MEM_WRITE_ONLY, kQueries * sizeof(float));
@@ -186,14 +179,13 @@ TEST_F(DeviceFailureTest, EnqueuedPosterior) {
     for (int nth = 0; nth < 1000; ++nth) {
       SCOPED_TRACE(testing::Message() << call << " number " << nth);
       auto posterior =
-          DensePosterior::Create(*opened, problem.model(FactorKind::kCholesky), options);
-      ASSERT_TRUE(posterior.ok()) << posterior.status();
+          Value(DensePosterior::Create(opened, problem.model(FactorKind::kCholesky), options));
       context.ReleaseIdle();
       const cl::CommandQueue queue(context.cl_context(), context.cl_device());
       FailCall(call, nth, CL_OUT_OF_RESOURCES);
-      const auto event = (*posterior)->Enqueue({points(), kQueries}, outputs, {queue()});
+      const auto event = posterior->Enqueue({points(), kQueries}, outputs, {queue()});
       const bool failed = CallHasFailed();
-      posterior->reset();
+      posterior.reset();
       queue.finish();
       if (event.ok()) clReleaseEvent(*event);
       if (!failed) {
@@ -271,8 +263,7 @@ TEST_F(DeviceFailureTest, ExactRegression) {
                            {points.data(), kPoints, 2}, {targets.data(), kPoints, 1}, 0.1, {},
                            /*with_gradient=*/true);
   };
-  const auto good = regress();
-  ASSERT_TRUE(good.ok()) << good.status();
+  const auto good = Value(regress());
   for (const char* call : {"clCreateKernel", "clCreateCommandQueue", "clCreateBuffer",
                            "clSetKernelArg", "clEnqueueNDRangeKernel", "clEnqueueFillBuffer",
                            "clEnqueueReadBuffer", "clEnqueueWriteBuffer"}) {
@@ -290,10 +281,9 @@ TEST_F(DeviceFailureTest, ExactRegression) {
       EXPECT_TRUE(absl::StrContains(absl::AsciiStrToLower(result.status().message()),
                                     absl::AsciiStrToLower(call)))
           << result.status();
-      const auto again = regress();
-      ASSERT_TRUE(again.ok()) << again.status();
-      EXPECT_EQ(again->alpha, good->alpha);
-      EXPECT_EQ(again->gradient, good->gradient);
+      const auto again = Value(regress());
+      EXPECT_EQ(again.alpha, good.alpha);
+      EXPECT_EQ(again.gradient, good.gradient);
     }
     EXPECT_GE(failures, 1) << call << " never failed";
   }

@@ -1,7 +1,6 @@
 // What the tests of the dense posterior share: guarded results, and the shapes of the kernels that
 // each test runs with.
-#ifndef EGOSIEVE_TESTS_KERNELS_OPS_POSTERIOR_TEST_H_
-#define EGOSIEVE_TESTS_KERNELS_OPS_POSTERIOR_TEST_H_
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -12,10 +11,10 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "gtest/gtest.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/runtime/context.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 
@@ -27,6 +26,16 @@ struct Results {
     return mean.guards_intact() && variance.guards_intact() && probability.guards_intact();
   }
 };
+
+inline void ExpectSame(const Results& actual, const Results& expected, int64_t m,
+                       int64_t first = 0) {
+  EXPECT_TRUE(actual.guards_intact());
+  for (int64_t q = 0; q < m; ++q) {
+    ASSERT_EQ(actual.mean(0, q), expected.mean(0, first + q)) << q;
+    ASSERT_EQ(actual.variance(0, q), expected.variance(0, first + q)) << q;
+    ASSERT_EQ(actual.probability(0, q), expected.probability(0, first + q)) << q;
+  }
+}
 
 inline std::vector<float> RandomQueries(std::mt19937_64& random, int64_t m, int64_t dimension) {
   std::vector<float> queries(m * dimension);
@@ -78,9 +87,8 @@ inline KernelTuning SmallLocalTiles() {
 inline std::shared_ptr<Context> OpenLocalTiles() {
   ContextOptions options;
   options.tuning = SmallLocalTiles();
-  static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
-  EXPECT_TRUE(context.ok()) << context.status();
-  return context.ok() ? *context : nullptr;
+  static const std::shared_ptr<Context> context = Value(OpenContext(options));
+  return context;
 }
 
 // With so little local memory that points of 96 values do not fit in blocks of these sizes.
@@ -88,17 +96,13 @@ inline std::shared_ptr<Context> OpenLittleLocalMemory(int64_t bytes) {
   ContextOptions options;
   options.tuning = SmallLocalTiles();
   options.local_memory_bytes = bytes;
-  const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
-  EXPECT_TRUE(context.ok()) << context.status();
-  return context.ok() ? *context : nullptr;
+  return Value(OpenContext(options));
 }
 
 // 32 inputs, 96 values per prepared point.
 inline CovarianceParameters WideParameters() {
   CovarianceParameters parameters;
-  const absl::StatusOr<CovarianceFunction> periodic = CovarianceFunction::Parse("periodic");
-  EXPECT_TRUE(periodic.ok()) << periodic.status();
-  if (periodic.ok()) parameters.function = *periodic;
+  parameters.function = Value(CovarianceFunction::Parse("periodic"));
   parameters.scales.assign(64, 6.0);                     // lengths
   std::fill_n(parameters.scales.begin() + 32, 32, 3.0);  // periods
   return parameters;
@@ -107,9 +111,8 @@ inline CovarianceParameters WideParameters() {
 inline std::shared_ptr<Context> OpenOwnMemory() {
   ContextOptions options;
   options.shared_memory = false;
-  static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
-  EXPECT_TRUE(context.ok()) << context.status();
-  return context.ok() ? *context : nullptr;
+  static const std::shared_ptr<Context> context = Value(OpenContext(options));
+  return context;
 }
 
 class PosteriorTest : public testing::TestWithParam<Shapes> {
@@ -129,5 +132,3 @@ class PosteriorTest : public testing::TestWithParam<Shapes> {
 };
 
 }  // namespace egosieve::kernels
-
-#endif  // EGOSIEVE_TESTS_KERNELS_OPS_POSTERIOR_TEST_H_

@@ -11,12 +11,18 @@
 #include <string>
 #include <vector>
 
-#include "gtest/gtest.h"
+#include "absl/strings/str_split.h"
 #include "kernels/base/parallel_for.h"
+#include "kernels/cl/sources.h"
 #include "kernels/ops/covariance_matrix.h"
+#include "kernels/runtime/cache_folder.h"
 #include "kernels/runtime/context.h"
+#include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/opencl_context.h"
 #include "kernels/runtime/opencl_error.h"
+#include "kernels/runtime/tuning.h"
+#include "tests/kernels/scoped_variable.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -62,8 +68,7 @@ TEST(ChooseDevice, UnknownChoicesListWhatThereIs) {
   for (const char* choice : {"4", "-1", "99999999999999999999", "tpu"}) {
     const auto chosen = ChooseDevice(MadeUpDevices(), choice);
     EXPECT_EQ(chosen.status().code(), absl::StatusCode::kNotFound) << choice;
-    EXPECT_NE(chosen.status().message().find("Great Graphics 9000"), std::string::npos)
-        << chosen.status();
+    EXPECT_THAT(chosen.status().message(), testing::HasSubstr("Great Graphics 9000"));
   }
 }
 
@@ -72,21 +77,19 @@ TEST(ChooseDevice, WithoutAnyDeviceItSaysWhatToInstall) {
   const std::vector<DeviceInfo> reference_only(1, MadeUpDevices()[3]);
   const auto chosen = ChooseDevice(reference_only, "");
   EXPECT_EQ(chosen.status().code(), absl::StatusCode::kNotFound);
-  EXPECT_NE(chosen.status().message().find("pocl-opencl-icd"), std::string::npos)
-      << chosen.status();
+  EXPECT_THAT(chosen.status().message(), testing::HasSubstr("pocl-opencl-icd"));
   EXPECT_EQ(ChosenIndex(reference_only, "reference"), 3);
   unsetenv("OCL_ICD_VENDORS");
 }
 
 TEST(ListDevices, EndsWithTheReferenceAndNumbersItsElements) {
-  const auto devices = ListDevices();
-  ASSERT_TRUE(devices.ok()) << devices.status();
-  ASSERT_FALSE(devices->empty());
-  for (size_t i = 0; i < devices->size(); ++i) {
-    const DeviceInfo& device = (*devices)[i];
+  const auto devices = Value(ListDevices());
+  ASSERT_FALSE(devices.empty());
+  for (size_t i = 0; i < devices.size(); ++i) {
+    const DeviceInfo& device = devices[i];
     EXPECT_EQ(device.index, static_cast<int>(i));
     EXPECT_FALSE(device.name.empty());
-    EXPECT_EQ(device.type == DeviceType::kReference, i + 1 == devices->size());
+    EXPECT_EQ(device.type == DeviceType::kReference, i + 1 == devices.size());
     if (device.type != DeviceType::kReference) {
       EXPECT_GT(device.compute_units, 0);
       EXPECT_GT(device.memory_bytes, 0);
@@ -103,9 +106,8 @@ TEST(OpenContext, OptionsGoBeforeTheEnvironment) {
   EXPECT_EQ(OpenContext().status().code(), absl::StatusCode::kNotFound);
   ContextOptions options;
   options.device = "reference";
-  const auto context = OpenContext(options);
-  ASSERT_TRUE(context.ok()) << context.status();
-  EXPECT_TRUE((*context)->is_reference());
+  const auto context = Value(OpenContext(options));
+  EXPECT_TRUE(context->is_reference());
   if (old == nullptr) {
     unsetenv("EGOSIEVE_DEVICE");
   } else {
@@ -128,17 +130,16 @@ TEST(OpenClErrors, BecomeStatusesWithCallAndCode) {
 }
 
 TEST(Context, BuildErrorsCarryTheCompilersLogAndTheContextStaysUsable) {
-  const auto context = OpenContext();
-  ASSERT_TRUE(context.ok()) << context.status();
-  if ((*context)->is_reference()) GTEST_SKIP() << "the reference compiles nothing";
+  const auto context = Value(OpenContext());
+  if (context->is_reference()) GTEST_SKIP() << "the reference compiles nothing";
   const auto kernel =
-      (*context)->Kernel("image.cl", "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=oops", "box_means_on_grid");
+      context->Kernel("image.cl", "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=oops", "box_means_on_grid");
   ASSERT_FALSE(kernel.ok());
-  EXPECT_NE(kernel.status().message().find("clBuildProgram"), std::string::npos) << kernel.status();
-  EXPECT_NE(kernel.status().message().find("oops"), std::string::npos) << kernel.status();
+  EXPECT_THAT(kernel.status().message(), testing::HasSubstr("clBuildProgram"));
+  EXPECT_THAT(kernel.status().message(), testing::HasSubstr("oops"));
   const std::string good = "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=3";
-  EXPECT_TRUE((*context)->Kernel("image.cl", good, "box_means_on_grid").ok());
-  EXPECT_FALSE((*context)->Kernel("image.cl", good, "no_such_kernel").ok());
+  EXPECT_TRUE(context->Kernel("image.cl", good, "box_means_on_grid").ok());
+  EXPECT_FALSE(context->Kernel("image.cl", good, "no_such_kernel").ok());
 }
 
 // Processor time of every thread of this process, in clock ticks, by its number.
@@ -180,19 +181,191 @@ int64_t ThreadsAtWork(Context& context, int64_t points) {
 }
 
 TEST(Context, TheLimitOfThreadsHoldsForEachCallOnACpu) {
-  const auto context = OpenContext();
-  ASSERT_TRUE(context.ok()) << context.status();
-  const DeviceInfo& device = (*context)->info();
+  const auto context = Value(OpenContext());
+  const DeviceInfo& device = context->info();
   if (device.type != DeviceType::kCpu || device.compute_units < 2) {
     GTEST_SKIP() << device.name << " is not a CPU with several compute units";
   }
   SetMaximumThreads(2);
-  EXPECT_EQ(ThreadsAtWork(**context, 4000), 2);
+  EXPECT_EQ(ThreadsAtWork(*context, 4000), 2);
   SetMaximumThreads(1);
-  EXPECT_EQ(ThreadsAtWork(**context, 4000), 1);
+  EXPECT_EQ(ThreadsAtWork(*context, 4000), 1);
   SetMaximumThreads(2);
-  EXPECT_EQ(ThreadsAtWork(**context, 4000), 2);
+  EXPECT_EQ(ThreadsAtWork(*context, 4000), 2);
   SetMaximumThreads(0);
+}
+
+class DriverCheck : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::create_directories(folder_);
+    setenv("OCL_ICD_VENDORS", folder_.c_str(), 1);
+  }
+
+  void Install(const std::string& library) const {
+    std::ofstream(folder_ + "/driver.icd") << library << "\n";
+  }
+  bool Says(const std::string& text) const {
+    const std::string why = WhyNoDevice();
+    EXPECT_THAT(why, testing::HasSubstr("\"reference\""));
+    if (why.find(text) != std::string::npos) return true;
+    ADD_FAILURE() << why;
+    return false;
+  }
+
+  std::string folder_;
+};
+
+TEST_F(DriverCheck, NothingInstalledSaysWhatToInstall) {
+  EXPECT_TRUE(Says("install an OpenCL driver"));
+  setenv("OCL_ICD_VENDORS", "/nowhere", 1);
+  EXPECT_TRUE(Says("install an OpenCL driver"));
+}
+
+TEST_F(DriverCheck, ADriverThatDoesNotLoadIsNamedWithTheReason) {
+  Install("/nowhere/libdriver.so");
+  EXPECT_TRUE(Says("driver.icd does not load (/nowhere/libdriver.so: cannot open"));
+}
+
+TEST_F(DriverCheck, ADriverWithoutDevicesIsNotToBeInstalled) {
+  Install("libc.so.6");
+  EXPECT_TRUE(Says("libc.so.6 is installed and gives no device"));
+  setenv("POCL_CACHE_DIR", "/some/cache", 1);
+  EXPECT_TRUE(Says("/some/cache"));
+}
+
+TEST_F(DriverCheck, PoclIsNotStartedWhereItWouldAbort) {
+  EXPECT_TRUE(CheckDriversCanStart("/nowhere").ok()) << "no driver is installed";
+  Install("libother.so.1");
+  EXPECT_TRUE(CheckDriversCanStart("/nowhere").ok()) << "others need no list of processors";
+  Install("libpocl.so.2");
+  EXPECT_TRUE(CheckDriversCanStart(testing::TempDir()).ok());
+  const absl::Status status = CheckDriversCanStart("/nowhere");
+  EXPECT_TRUE(absl::IsUnavailable(status)) << status;
+  EXPECT_THAT(status.message(), testing::HasSubstr("libpocl.so.2"));
+  EXPECT_THAT(status.message(), testing::HasSubstr("mount /sys"));
+}
+
+// A table of kernel shapes in the user's cache folder would decide what tests run.
+TEST(CacheFolder, ThatOfTestsIsNotTheUsers) {
+  EXPECT_EQ(CacheFolder(), "/dev/null/none");
+  EXPECT_FALSE(WriteCacheFile(CacheFolder() + "/file", "x").ok());
+}
+
+TEST(CacheFolder, TheMostSpecificVariableWins) {
+  const ScopedVariable home("HOME", "/h"), cache("XDG_CACHE_HOME"), own("EGOSIEVE_CACHE_DIR");
+  unsetenv("XDG_CACHE_HOME");
+  unsetenv("EGOSIEVE_CACHE_DIR");
+  EXPECT_EQ(CacheFolder(), "/h/.cache/egosieve");
+  setenv("XDG_CACHE_HOME", "/x", 1);
+  EXPECT_EQ(CacheFolder(), "/x/egosieve");
+  setenv("EGOSIEVE_CACHE_DIR", "/e", 1);
+  EXPECT_EQ(CacheFolder(), "/e");
+  setenv("EGOSIEVE_CACHE_DIR", "", 1);
+  EXPECT_EQ(CacheFolder(), "/x/egosieve");
+  unsetenv("XDG_CACHE_HOME");
+  unsetenv("HOME");
+  EXPECT_EQ(CacheFolder(), "");
+}
+
+TEST(HashBytes, IsFnv1a) {
+  EXPECT_EQ(HashBytes(""), 0xcbf29ce484222325u);
+  EXPECT_EQ(HashBytes("a"), 0xaf63dc4c8601ec8cu);
+  EXPECT_EQ(HashBytes("foobar"), 0x85944171f73967e8u);
+}
+
+TEST(WriteCacheFile, MakesFoldersReplacesFilesAndLeavesNoTemporary) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "cache" / "below";
+  const std::string path = (folder / "file").string();
+  const std::string bytes("a\0b\n", 4);
+  ASSERT_TRUE(WriteCacheFile(path, "old").ok());
+  ASSERT_TRUE(WriteCacheFile(path, bytes).ok());
+  EXPECT_EQ(ReadCacheFile(path), bytes);
+  int files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder)) ++files;
+  EXPECT_EQ(files, 1);
+}
+
+TEST(WriteCacheFile, SaysWhatCannotBeWritten) {
+  const std::string file = testing::TempDir() + "/plain";
+  ASSERT_TRUE(WriteCacheFile(file, "x").ok());
+  const absl::Status status = WriteCacheFile(file + "/below", "x");
+  EXPECT_FALSE(status.ok());
+  EXPECT_THAT(status.message(), testing::HasSubstr(file + "/below"));
+  EXPECT_EQ(ReadCacheFile(file + "/below"), "");
+}
+
+TEST(Tuning, ATableIsReadBackForItsDeviceAlone) {
+  const ScopedVariable folder("EGOSIEVE_CACHE_DIR", testing::TempDir() + "/tables");
+  DeviceInfo device;
+  device.name = "A device";
+  DeviceInfo other = device;
+  other.driver = "newer";
+  KernelTuning tuning = DefaultTuning(8);
+  EXPECT_EQ(LoadTuning(device, tuning), tuning);
+  tuning.depth = 77;
+  tuning.panel = 5;
+  ASSERT_TRUE(SaveTuning(device, tuning).ok());
+  EXPECT_EQ(LoadTuning(device, DefaultTuning(16)), tuning);
+  EXPECT_EQ(LoadTuning(other, DefaultTuning(16)), DefaultTuning(16));
+}
+
+TEST(Tuning, DamagedTablesAreIgnored) {
+  const KernelTuning defaults = DefaultTuning(16);
+  for (const char* text : {"", "panel", "panel x", "panel 0", "panel 1000", "float_lanes 5",
+                           "\xff\xfe\n\0", "panel 8 9", "unknown 3\n"}) {
+    EXPECT_EQ(ParseTuning(text, defaults), defaults) << text;
+  }
+  EXPECT_EQ(ParseTuning("nonsense\npanel 9\nnonsense", defaults).panel, 9);
+}
+
+TEST(Tuning, DefaultsAreValid) {
+  for (const int lanes : {1, 4, 8, 16}) EXPECT_TRUE(DefaultTuning(lanes).Validate().ok()) << lanes;
+  EXPECT_TRUE(DefaultGpuTuning().Validate().ok());
+  using Misfit = std::pair<int KernelTuning::*, int>;
+  for (const auto& [field, value] :
+       {Misfit{&KernelTuning::float_lanes, 4}, Misfit{&KernelTuning::work_group, 100},
+        Misfit{&KernelTuning::panels_per_group, 12}, Misfit{&KernelTuning::depth, 24}}) {
+    KernelTuning tuning = DefaultGpuTuning();
+    tuning.*field = value;
+    EXPECT_THAT(tuning.Validate().message(), testing::HasSubstr("local_tiles = 1"))
+        << FormatTuning(tuning);
+  }
+  KernelTuning bad;
+  bad.depth = 3;
+  EXPECT_EQ(bad.Validate().message(), "depth = 3; it must be from 4 to 4096");
+}
+
+bool StartsWithAny(absl::string_view line, std::initializer_list<absl::string_view> prefixes) {
+  for (const absl::string_view prefix : prefixes) {
+    if (line.substr(0, prefix.size()) == prefix) return true;
+  }
+  return false;
+}
+
+// In C99 an inline function that is not static leaves a call that is not inlined to a definition
+// elsewhere, which there is none of: compilers that do not inline refuse the program.
+TEST(Sources, NoFunctionIsInlineAlone) {
+  int functions = 0;
+  for (const char* file :
+       {"common.cl", "covariance.cl", "covariance_gradient.cl", "dense_posterior.cl",
+        "dense_posterior_local.cl", "image.cl", "posterior_outputs.cl", "roofline.cl"}) {
+    const std::string text(cl_sources::Text(file));
+    ASSERT_FALSE(text.empty()) << file;
+    for (const absl::string_view line : absl::StrSplit(text, '\n')) {
+      // Declarations of functions start at the margin; so does what follows, which is none.
+      if (line.find('(') == std::string::npos ||
+          StartsWithAny(line, {" ", "#", "/", "}", "__kernel", "typedef"})) {
+        continue;
+      }
+      ++functions;
+      EXPECT_FALSE(StartsWithAny(line, {"inline"})) << file << ": " << line;
+    }
+  }
+  EXPECT_GT(functions, 20);
 }
 
 }  // namespace

@@ -4,14 +4,13 @@
 #include <unistd.h>
 
 #include <string>
-#include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/device.h"
 #include "kernels/runtime/opencl_context.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -42,20 +41,19 @@ int NotRefused(const std::shared_ptr<Context>& context) {
 }
 
 TEST(Fork, AChildOfAProcessThatUsedOpenClIsRefused) {
-  const auto context = OpenContext();
-  ASSERT_TRUE(context.ok()) << context.status();
-  if ((*context)->is_reference()) GTEST_SKIP() << "the reference survives forks";
-  ASSERT_TRUE(Compute(**context).ok());
+  const auto context = Value(OpenContext());
+  if (context->is_reference()) GTEST_SKIP() << "the reference survives forks";
+  ASSERT_TRUE(Compute(*context).ok());
   const pid_t child = fork();
   if (child == 0) {
     alarm(60);
-    _exit(NotRefused(*context));
+    _exit(NotRefused(context));
   }
   int status = 0;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   ASSERT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
   EXPECT_EQ(WEXITSTATUS(status), 0);
-  EXPECT_TRUE(Compute(**context).ok());
+  EXPECT_TRUE(Compute(*context).ok());
 }
 
 }  // namespace

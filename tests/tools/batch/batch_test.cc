@@ -3,14 +3,12 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <functional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/fresh_folder.h"
-#include "tests/tools/testing/full_pipe.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
@@ -50,11 +48,7 @@ class Batch : public testing::Test {
         StartProgram({"batch", root_ + "/drives.toml"}, root_ + "/batch.out", root_ + "/batch.err");
     const std::string log = root_ + "/out/a/frames.jsonl";
     std::error_code error;
-    for (int wait = 0; wait < 60000 && (!fs::exists(log, error) || fs::file_size(log, error) == 0);
-         ++wait) {
-      usleep(1000);  // no longer than a minute: the program may have crashed
-    }
-    EXPECT_TRUE(fs::exists(log, error));
+    EXPECT_TRUE(WaitUntil([&] { return fs::exists(log, error) && fs::file_size(log, error) > 0; }));
     kill(batch, signal);
     told.Empty();
     return WaitForProgram(batch);
@@ -70,11 +64,6 @@ class Batch : public testing::Test {
     EXPECT_TRUE(WriteFileAtomically(path, "#!/bin/sh\n" + text + "\n").ok());
     fs::permissions(path, fs::perms::owner_all);
     return path;
-  }
-
-  static bool WaitUntil(const std::function<bool()>& condition) {
-    for (int i = 0; i < 60000 && !condition(); ++i) usleep(1000);
-    return condition();
   }
 
   std::string root_;
@@ -118,8 +107,7 @@ TEST_F(Batch, DoesWhatFollowsForAFolderOfDrivesAndLinksItAll) {
                                               "--segment_flags=--budget=100 --stride=8",
                                               "--masks_flags=--for=colmap --dilate=2"};
   const ProgramOutcome first = RunProgram(arguments);
-  EXPECT_EQ(first.code, 4) << first.err;
-  EXPECT_THAT(first.err, HasSubstr("left out: notes.txt"));
+  EXPECT_THAT(first, Says(4, "left out: notes.txt"));
   EXPECT_THAT(first.out, ContainsRegex("/out/a +done +5 of 5 +0 +8 +0"));
   EXPECT_THAT(first.out, ContainsRegex("/out/c & <d> +failed +0 of 5 +3 +0 +0"));
   for (const char* file : {"a/report.html", "a/overlay.mp4", "a/masks/000003.png",
@@ -165,8 +153,7 @@ TEST_F(Batch, AFlagThatIsOnByDefaultIsTurnedOff) {
                                   "render.images = true\nrender.video = false\n"
                                   "[a]\npath = \"a/frames\"\nout = \"out/a\"\n")
                   .ok());
-  const ProgramOutcome outcome = RunProgram({"batch", root_ + "/drives.toml"});
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(RunProgram({"batch", root_ + "/drives.toml"}), Succeeds());
   EXPECT_TRUE(fs::exists(root_ + "/out/a/render/000003.png"));
   EXPECT_FALSE(fs::exists(root_ + "/out/a/overlay.mp4"));
 }
@@ -183,11 +170,10 @@ TEST_F(Batch, ASignalBeforeTheProgramCatchesItIsAnInterruption) {
 // The kernel reaps the children of a program that was started with SIGCHLD ignored: how they ended
 // is not known, and nothing counts as done.
 TEST_F(Batch, AStepOfWhichNobodyKnowsHowItEndedIsNotDone) {
-  ASSERT_EQ(RunProgram({"segment", root_ + "/a/frames", "--out=" + root_ + "/run", "--budget=100",
-                        "--stride=8"})
-                .code,
-            0);
-  ASSERT_EQ(RunProgram({"report", root_ + "/run"}).code, 0);
+  ASSERT_THAT(RunProgram({"segment", root_ + "/a/frames", "--out=" + root_ + "/run", "--budget=100",
+                          "--stride=8"}),
+              Succeeds());
+  ASSERT_THAT(RunProgram({"report", root_ + "/run"}), Succeeds());
   const BatchPlan plan = *BatchPlan::Create({{"input", root_ + "/run", {}, {"report"}}});
   const std::string program = Program("exit 0");
   const auto run = [&] { return plan.Run(1, program, /*to_log=*/true, [] { return false; }); };
@@ -224,9 +210,8 @@ TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
   expect({root_ + "/list.json"}, 2, "is no plan that --plan has written (manifests are TOML)");
   fs::create_directories(root_ + "/there");
   ASSERT_TRUE(WriteFileAtomically(root_ + "/there/batch.html", "mine").ok());
-  const ProgramOutcome foreign = RunProgram({"batch", root_, "--out=" + root_ + "/there"});
-  EXPECT_EQ(foreign.code, 2);
-  EXPECT_THAT(foreign.err, HasSubstr("is no page of a batch"));
+  EXPECT_THAT(RunProgram({"batch", root_, "--out=" + root_ + "/there"}),
+              Says(2, "is no page of a batch"));
   EXPECT_EQ(*ReadFile(root_ + "/there/batch.html"), "mine");
 }
 
@@ -243,36 +228,29 @@ TEST_F(Batch, FramesThatFailMakeItsExitCodeEachTime) {
 
 TEST_F(Batch, ABadManifestIsOneLineAndStartsNothing) {
   WriteManifest({Entry("a", "a"), "[b]\npath = 'b'\n"});
-  const ProgramOutcome outcome = RunBatch();
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("drives.toml cannot be used: b: no 'out'"));
-  EXPECT_EQ(CountLines(outcome.err), 1);
+  EXPECT_THAT(RunBatch(), EndsWithLine(2, "drives.toml cannot be used: b: no 'out'"));
   EXPECT_FALSE(fs::exists(root_ + "/out"));
   EXPECT_EQ(RunProgram({"batch", root_ + "/none.toml"}).code, 3);
 }
 
-TEST_F(Batch, AnInterruptedOneGoesOn) {
+TEST_F(Batch, AnInterruptedOneAndAKilledOneGoOn) {
   WriteManifest({Entry("a", "a"), Entry("b", "b")});
-  const int code = StartAndSend(SIGTERM);
-  const std::string table = *ReadFile(root_ + "/batch.out");
-  ASSERT_EQ(code, 130) << table;
-  EXPECT_THAT(table, ContainsRegex("/out/b +not started"));
-  const ProgramOutcome again = RunBatch();
-  EXPECT_EQ(again.code, 0) << again.out;
-  EXPECT_THAT(again.out, ContainsRegex("/out/a +done +1 of 1 +0 +8 +0"));
-  EXPECT_THAT(again.out, ContainsRegex("/out/b +done +1 of 1 +0 +8 +0"));
-}
-
-TEST_F(Batch, AKilledOneGoesOn) {
-  WriteManifest({Entry("a", "a"), Entry("b", "b")});
-  const int code = StartAndSend(SIGKILL);
-  ASSERT_EQ(code, 128 + SIGKILL);
-  EXPECT_FALSE(fs::exists(root_ + "/out/b"));
-  ASSERT_TRUE(WaitUntil([&] { return FolderLock::Take(root_ + "/out/a").ok(); }));
-  const ProgramOutcome again = RunBatch();
-  EXPECT_EQ(again.code, 0) << again.out;
-  EXPECT_THAT(again.out, ContainsRegex("/out/a +done +1 of 1 +0 +8 +0"));
-  EXPECT_THAT(again.out, ContainsRegex("/out/b +done +1 of 1 +0 +8 +0"));
+  for (const int signal : {SIGTERM, SIGKILL}) {
+    fs::remove_all(root_ + "/out");
+    fs::remove(root_ + "/batch.err");
+    const int code = StartAndSend(signal);
+    const std::string table = *ReadFile(root_ + "/batch.out");
+    ASSERT_EQ(code, signal == SIGTERM ? 130 : 128 + SIGKILL) << table;
+    if (signal == SIGTERM) {
+      EXPECT_THAT(table, ContainsRegex("/out/b +not started"));
+    }
+    EXPECT_FALSE(fs::exists(root_ + "/out/b"));
+    ASSERT_TRUE(WaitUntil([&] { return FolderLock::Take(root_ + "/out/a").ok(); }));
+    const ProgramOutcome again = RunBatch();
+    EXPECT_EQ(again.code, 0) << again.out;
+    EXPECT_THAT(again.out, ContainsRegex("/out/a +done +1 of 1 +0 +8 +0"));
+    EXPECT_THAT(again.out, ContainsRegex("/out/b +done +1 of 1 +0 +8 +0"));
+  }
 }
 
 }  // namespace

@@ -6,9 +6,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tools/run_folder/run_folder.h"
@@ -28,11 +28,7 @@ std::vector<std::string> StageNames(const BatchPlan& plan) {
   return names;
 }
 
-BatchPlan Plan(const std::vector<BatchDrive>& drives) {
-  absl::StatusOr<BatchPlan> plan = BatchPlan::Create(drives);
-  EXPECT_TRUE(plan.ok()) << plan.status();
-  return *std::move(plan);
-}
+BatchPlan Plan(const std::vector<BatchDrive>& drives) { return Value(BatchPlan::Create(drives)); }
 
 const std::vector<std::string> kUsual = {"refine", "report"};
 
@@ -111,24 +107,22 @@ TEST(BatchPlan, IsReadAsItIsWritten) {
   const BatchPlan plan =
       Plan({{"/in/a", "/out/a", {{"masks", {"--for=coco"}}}, {"masks"}, {50, 90}},
             {"/in/b", "/out/b", {}, {"masks"}}});
-  const absl::StatusOr<BatchPlan> read = BatchPlan::FromText(plan.ToText());
-  ASSERT_TRUE(read.ok()) << read.status();
-  ASSERT_EQ(read->tasks().size(), plan.tasks().size());
+  const BatchPlan read = Value(BatchPlan::FromText(plan.ToText()));
+  ASSERT_EQ(read.tasks().size(), plan.tasks().size());
   for (size_t i = 0; i < plan.tasks().size(); ++i) {
-    EXPECT_EQ(read->tasks()[i].stage, plan.tasks()[i].stage);
-    EXPECT_EQ(read->tasks()[i].folder, plan.tasks()[i].folder);
-    EXPECT_EQ(read->tasks()[i].arguments, plan.tasks()[i].arguments);
-    EXPECT_EQ(read->tasks()[i].needs, plan.tasks()[i].needs);
+    EXPECT_EQ(read.tasks()[i].stage, plan.tasks()[i].stage);
+    EXPECT_EQ(read.tasks()[i].folder, plan.tasks()[i].folder);
+    EXPECT_EQ(read.tasks()[i].arguments, plan.tasks()[i].arguments);
+    EXPECT_EQ(read.tasks()[i].needs, plan.tasks()[i].needs);
   }
-  EXPECT_EQ(read->DriveOf(3).path, "/in/b");
+  EXPECT_EQ(read.DriveOf(3).path, "/in/b");
   for (const char* text :
        {"", "[]", "{\"drives\": [], \"tasks\": []}", "[{\"path\": \"a\", \"out\": \"b\"}]",
         R"({"drives": [{"path": "a", "run": "b"}],
             "tasks": [{"stage": "x", "run": "b", "arguments": ["x"], "needs": [0]}]})",
         R"({"drives": [{"path": "a", "run": "b"}, {"path": "c", "run": "d"}],
             "tasks": [{"stage": "x", "run": "b", "arguments": ["x"], "needs": []}]})"}) {
-    EXPECT_EQ(BatchPlan::FromText(text).status().code(), absl::StatusCode::kInvalidArgument)
-        << text;
+    EXPECT_THAT(BatchPlan::FromText(text), IsInvalid()) << text;
   }
 }
 
@@ -145,9 +139,7 @@ class BatchTasks : public testing::Test {
   }
 
   ProgramOutcome RunBatch(const std::vector<std::string>& flags) const {
-    std::vector<std::string> words = {"batch", root_ + "/drives.toml"};
-    words.insert(words.end(), flags.begin(), flags.end());
-    return RunProgram(words);
+    return RunProgram(std::vector<std::string>{"batch", root_ + "/drives.toml"} + flags);
   }
 
   std::string root_;
@@ -158,24 +150,22 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
     return RunBatch({flag, "--then=refine,masks,render,report", "--masks_flags=" + masks});
   };
   for (int task = 0; task < 10; task += 2) {  // those of the first drive
-    const ProgramOutcome outcome = run(absl::StrCat("--task=", task));
-    EXPECT_EQ(outcome.code, 0) << task << ": " << outcome.err;
+    EXPECT_THAT(run(absl::StrCat("--task=", task)), Succeeds()) << task;
   }
   const ProgramOutcome status = run("--status");
   EXPECT_THAT(status.out, ContainsRegex("/out/a +done +5 of 5 +0 +8 +0 "));
   EXPECT_THAT(status.out, ContainsRegex("/out/b +not started +0 of 5 +0 +0 +0 "));
   const std::string alone = root_ + "/alone";
-  ASSERT_EQ(RunProgram({"segment", root_ + "/a/frames", "--out=" + alone, "--budget=100",
-                        "--stride=8", "--checkpoint_every=3"})
-                .code,
-            0);
-  ASSERT_EQ(RunProgram({"refine", alone}).code, 0);
-  ASSERT_EQ(RunProgram({"masks", alone, "--for=colmap", "--out=" + alone + ".masks"}).code, 0);
+  ASSERT_THAT(RunProgram({"segment", root_ + "/a/frames", "--out=" + alone, "--budget=100",
+                          "--stride=8", "--checkpoint_every=3"}),
+              Succeeds());
+  ASSERT_THAT(RunProgram({"refine", alone}), Succeeds());
+  ASSERT_THAT(RunProgram({"masks", alone, "--for=colmap", "--out=" + alone + ".masks"}),
+              Succeeds());
   for (const std::string file : {"/grid/000004.prob.png", "/masks/000004.png", "/ids/000007.png",
                                  "/tracks.csv", ".masks/000005.png.png"}) {
-    const absl::StatusOr<std::string> expected = ReadFile(alone + file);
-    ASSERT_TRUE(expected.ok()) << expected.status();
-    EXPECT_EQ(*expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
+    const std::string expected = Value(ReadFile(alone + file));
+    EXPECT_EQ(expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
   }
   // What is done is left, and done again with other flags.
   const std::string mask = root_ + "/out/a.masks/000005.png.png";
@@ -200,8 +190,7 @@ TEST_F(BatchTasks, WhatNeedsAnotherStepIsDoneAgainWithIt) {
     std::string manifest = *ReadFile(root_ + "/drives.toml");
     manifest = "[defaults]\nrefine = {" + flags + "}\n" + manifest.substr(0, manifest.find("[b]"));
     EXPECT_TRUE(WriteFileAtomically(root_ + "/own.toml", manifest).ok());
-    const ProgramOutcome outcome = RunProgram({"batch", root_ + "/own.toml"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err << outcome.out;
+    EXPECT_THAT(RunProgram({"batch", root_ + "/own.toml"}), Succeeds());
     return std::filesystem::last_write_time(root_ + "/out/a/report.html");
   };
   const auto first = report_time("");
@@ -221,8 +210,7 @@ TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
   };
   EXPECT_THAT(run("--task=4").err, HasSubstr("'segment_1'"));
   for (int task = 0; task < 10; task += 2) {  // the first drive, to its report
-    const ProgramOutcome outcome = run(absl::StrCat("--task=", task));
-    EXPECT_EQ(outcome.code, 0) << task << ": " << outcome.err;
+    EXPECT_THAT(run(absl::StrCat("--task=", task)), Succeeds()) << task;
   }
   EXPECT_EQ(run("--task=3").code, 0) << "nothing to do";
   EXPECT_EQ(run("--task=2").code, 0) << "again";
@@ -234,7 +222,7 @@ TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
   };
   ASSERT_EQ(segment("p1", "--to=7"), 0);
   ASSERT_EQ(segment("p2", "--from=1"), 0);
-  ASSERT_EQ(RunProgram({"merge", root_ + "/p1", root_ + "/p2"}).code, 0);
+  ASSERT_THAT(RunProgram({"merge", root_ + "/p1", root_ + "/p2"}), Succeeds());
   // Pieces on this machine: the manifest as it is, but for its run folders.
   ASSERT_TRUE(WriteFileAtomically(
                   root_ + "/here.toml",
@@ -244,21 +232,17 @@ TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
       RunProgram({"batch", root_ + "/here.toml", "--piece_minutes=0.014", "--jobs=2"});
   ASSERT_EQ(here.code, 0) << here.err << here.out;
   for (const char* file : {"/grid/000004.prob.png", "/grid/000012.prob.png"}) {
-    const absl::StatusOr<std::string> expected = ReadFile(root_ + "/p1" + file);
-    ASSERT_TRUE(expected.ok()) << expected.status();
-    EXPECT_EQ(*expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
-    EXPECT_EQ(*expected, ReadFile(root_ + "/here/a" + file).value_or("none")) << file;
+    const std::string expected = Value(ReadFile(root_ + "/p1" + file));
+    EXPECT_EQ(expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
+    EXPECT_EQ(expected, ReadFile(root_ + "/here/a" + file).value_or("none")) << file;
   }
 }
 
 TEST_F(BatchTasks, StatusTellsWhatIsThereAtAnyTime) {
   EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +not started +0 of 3 +0 +0 +0 "));
-  ASSERT_EQ(RunBatch({"--task=0"}).code, 0);
+  ASSERT_THAT(RunBatch({"--task=0"}), Succeeds());
   EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +begun +1 of 3 +0 +8 +0 "));
-  const ProgramOutcome early = RunBatch({"--task=4"});
-  EXPECT_EQ(early.code, 2);
-  EXPECT_THAT(early.err, HasSubstr("'refine'"));
-  EXPECT_EQ(CountLines(early.err), 1);
+  EXPECT_THAT(RunBatch({"--task=4"}), EndsWithLine(2, "'refine'"));
   EXPECT_THAT(RunBatch({"--plan"}).out, ContainsRegex(" 3  .*/out/b  refine\n"));
   EXPECT_EQ(RunBatch({"--plan", "--task=1"}).code, 2);
   EXPECT_THAT(*ReadFile(root_ + "/out/batch.html"), HasSubstr("2 drives, 1 begun, 1 not started"));

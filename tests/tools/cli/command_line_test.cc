@@ -7,9 +7,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "absl/strings/match.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
+#include "tests/tools/testing/outcome.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/research_flag.h"
 
@@ -73,9 +72,7 @@ Outcome Invoke(std::vector<std::string> arguments,
 TEST(CommandLine, AConfigThatIsAPipeIsNotWaitedFor) {
   const std::string pipe = testing::TempDir() + "/pipe.toml";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  const Outcome outcome = Invoke({"sift", "--config=" + pipe});
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("no regular file"));
+  EXPECT_THAT(Invoke({"sift", "--config=" + pipe}), Says(2, "no regular file"));
 }
 
 TEST(CommandLine, ResultsThatCannotBeWrittenAreAnError) {
@@ -112,9 +109,8 @@ TEST(CommandLine, VersionEndsWithTheBuild) {
 }
 
 TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
-  const Outcome none = Invoke({});
-  EXPECT_EQ(none.code, 2);
-  EXPECT_THAT(none.err, HasSubstr("Usage: egosieve COMMAND"));
+  EXPECT_EQ(Invoke({}).code, 2);
+  EXPECT_THAT(Invoke({}).err, HasSubstr("Usage: egosieve COMMAND"));
 
   const Outcome flag = Invoke({"sift", "--strid=3"});
   EXPECT_EQ(flag.code, 2);
@@ -134,9 +130,7 @@ TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
   EXPECT_EQ(Invoke({"sift", "--name=a", "--name=b"}).err,
             "egosieve: --name takes one value; give it once; see egosieve sift --help\n");
 
-  const Outcome extra = Invoke({"sift", "a.mp4"});
-  EXPECT_EQ(extra.code, 2);
-  EXPECT_THAT(extra.err, HasSubstr("unexpected argument 'a.mp4'"));
+  EXPECT_THAT(Invoke({"sift", "a.mp4"}), Says(2, "unexpected argument 'a.mp4'"));
 
   // The flag that was misspelt is the one that is required.
   FakeCommand::required = true;
@@ -244,9 +238,7 @@ TEST(CommandLine, ConfigFilesHoldFlagsAndUnknownKeysAreErrors) {
   EXPECT_EQ(FakeCommand::last_stride, 4);
 
   std::ofstream(path) << "stride = 3\nstrode = 4\n";
-  const Outcome unknown = Invoke({"sift", "--config", path});
-  EXPECT_EQ(unknown.code, 2);
-  EXPECT_THAT(unknown.err, HasSubstr("unknown key 'strode'"));
+  EXPECT_THAT(Invoke({"sift", "--config", path}), Says(2, "unknown key 'strode'"));
 
   std::ofstream(path) << "stride = 3 # how far\nname = 'a # b'\n";
   EXPECT_EQ(Invoke({"sift", "--config", path}).code, 0);

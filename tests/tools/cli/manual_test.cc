@@ -10,8 +10,8 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/program.h"
 #include "tools/run_folder/atomic_file.h"
 
@@ -127,10 +127,7 @@ TEST_F(Completion, LeavesFilesToBash) {
 TEST(CompletionCommand, NamesTheShellsItKnows) {
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"completion"}, {"completion", "zsh"}}) {
-    const ProgramOutcome outcome = RunProgram(arguments);
-    EXPECT_EQ(outcome.code, 2);
-    EXPECT_THAT(outcome.err, HasSubstr("bash is the one it knows"));
-    EXPECT_EQ(CountLines(outcome.err), 1);
+    EXPECT_THAT(RunProgram(arguments), EndsWithLine(2, "bash is the one it knows"));
   }
 }
 

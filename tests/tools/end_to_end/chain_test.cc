@@ -2,14 +2,15 @@
 // report.
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
+#include "nlohmann/json.hpp"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tools/report/evaluation_file.h"
@@ -19,14 +20,15 @@
 namespace egosieve::tools {
 namespace {
 
+using Json = nlohmann::ordered_json;
+using ::testing::AllOf;
 namespace fs = std::filesystem;
 using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 void ExpectDone(const std::vector<std::string>& arguments) {
-  const ProgramOutcome outcome = RunProgram(arguments);
-  EXPECT_EQ(outcome.code, 0) << arguments.front() << ": " << outcome.err;
+  EXPECT_THAT(RunProgram(arguments), Succeeds()) << arguments.front();
 }
 
 double PooledAuc(const std::string& run, const std::string& truth) {
@@ -34,22 +36,6 @@ double PooledAuc(const std::string& run, const std::string& truth) {
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, ContainsRegex("pooled AUC [01]\\.[0-9]+ over [0-9]+ frames\n$"));
   return ParseEvaluation(*ReadFile(run + "/eval.json"))->pooled_auc;
-}
-
-// All that a run's bytes hold but for its times: lines without milliseconds, and the maps.
-std::string Fingerprint(const std::string& run) {
-  const RunFolder folder = *RunFolder::Open(run);
-  const std::vector<FrameLine> lines = *folder.ReadLines();
-  std::string all;
-  for (FrameLine line : lines) {
-    line.milliseconds.clear();
-    all += ToText(line) + "\n";
-    if (line.outcome != FrameLine::Outcome::kFailed) {
-      all += *ReadFile(folder.FrameFile("grid", line.index, ".prob.png"));
-      all += *ReadFile(folder.FrameFile("grid", line.index, ".std.png"));
-    }
-  }
-  return all;
 }
 
 TEST(Chain, FromNothingToAReport) {
@@ -102,20 +88,6 @@ TEST(Chain, AnEasyDriveIsSegmentedWell) {
   EXPECT_GE(PooledAuc(run, root + "/masks"), 0.95);
 }
 
-TEST(Chain, TheBytesDoNotDependOnThreads) {
-  const std::string root = FreshFolder();
-  WritePatchDrive(root);
-  for (const char* threads : {"1", "4"}) {
-    ExpectDone({"segment", root + "/frames", "--out=" + root + "/run" + threads, "--budget=300",
-                "--progress=none", std::string("--threads=") + threads});
-  }
-  ExpectDone({"segment", root + "/frames", "--out=" + root + "/other", "--budget=300",
-              "--progress=none", "--seed=2"});
-  // Compared as truths: the strings are long and binary.
-  EXPECT_TRUE(Fingerprint(root + "/run1") == Fingerprint(root + "/run4"));
-  EXPECT_FALSE(Fingerprint(root + "/run1") == Fingerprint(root + "/other"));
-}
-
 // Without a first pass the labeller learns it, and the run's end tells it.
 TEST(Chain, AFocalLengthLearntOnTheWayIsKept) {
   const std::string root = FreshFolder(), run = root + "/run";
@@ -123,11 +95,10 @@ TEST(Chain, AFocalLengthLearntOnTheWayIsKept) {
               "--out=" + root + "/drive", "--progress=none"});
   ExpectDone({"segment", root + "/drive/frames", "--out=" + run, "--no_first_pass", "--budget=200",
               "--checkpoint_every=5", "--progress=none"});
-  const auto learnt = ReadFocalRatio(run + "/camera.json"),
-             truth = ReadFocalRatio(root + "/drive/camera.json");
-  ASSERT_TRUE(learnt.ok() && truth.ok()) << learnt.status() << truth.status();
+  const auto learnt = Value(ReadFocalRatio(run + "/camera.json")),
+             truth = Value(ReadFocalRatio(root + "/drive/camera.json"));
   // Nearer than the middle of the prior.
-  EXPECT_NEAR(std::log(*learnt / *truth), 0.0, 0.05);
+  EXPECT_NEAR(std::log(learnt / truth), 0.0, 0.05);
 }
 
 TEST(Chain, ProgressAsJsonIsJson) {
@@ -151,6 +122,71 @@ TEST(Chain, ProgressAsJsonIsJson) {
   }
   EXPECT_EQ(done, 3);
   EXPECT_GE(read_before, 3);
+}
+
+// Evaluation of a run and of many drives, as a user runs it.
+
+void WriteDrives(const std::string& suite) {
+  PatchDriveOptions options;
+  options.frames = 5;
+  WritePatchDrive(suite + "/easy/one", options);
+  options.frames = 4;
+  WritePatchDrive(suite + "/easy/two", options);
+  // A truth of another size, and frames without truth.
+  WritePatchDrive(suite + "/wrong", options);
+  options.width_pixels = 64;
+  WritePatchDrive(suite + "/small", options);
+  fs::remove_all(suite + "/wrong/masks");
+  fs::rename(suite + "/small/masks", suite + "/wrong/masks");
+}
+
+TEST(Suite, ScoresWhatItCanAndSaysWhatFailed) {
+  const std::string root = FreshFolder(), suite = root + "/suite", out = root + "/out";
+  WriteDrives(suite);
+  const std::vector<std::string> command = {
+      "suite",      suite,      "--out=" + out, "--profiles=default,paper",
+      "--no-plots", "--jobs=2", "--quiet",      "--segment-flags=--budget=300 --seed=3"};
+  const ProgramOutcome outcome = RunEvaluation(command);
+  EXPECT_EQ(outcome.code, 4) << outcome.err;
+  EXPECT_THAT(outcome.out,
+              AllOf(HasSubstr("easy/one"), HasSubstr("mean easy"),
+                    HasSubstr("failed: wrong, default: 4 masks of"),
+                    HasSubstr("left out: 1 folders with frames, but without truth: small"),
+                    HasSubstr("4 of 6 runs scored, 2 failed")));
+  const Json json = Json::parse(*ReadFile(out + "/suite.json"));
+  EXPECT_EQ(json.at("sequences").size(), 6u);
+  EXPECT_GE(json.at("sequences")[0].at("mean_auc").get<double>(), 0.9);
+  const RunFolder run = *RunFolder::Open(out + "/runs/paper/easy/one");
+  EXPECT_EQ(run.ReadDescription()->flags.at("budget"), "300");
+  EXPECT_EQ(run.ReadDescription()->seed, 3u);
+
+  // Runs that are there are taken: the same figures, and their folders untouched.
+  const auto written = fs::last_write_time(out + "/runs/paper/easy/one/frames.jsonl");
+  EXPECT_EQ(RunEvaluation(command).code, 4);
+  EXPECT_EQ(fs::last_write_time(out + "/runs/paper/easy/one/frames.jsonl"), written);
+  const Json again = Json::parse(*ReadFile(out + "/suite.json"));
+  EXPECT_EQ(again.at("sequences")[0].at("scores"), json.at("sequences")[0].at("scores"));
+}
+
+TEST(Evaluate, BoxesBesideTheFramesAreScored) {
+  const std::string root = FreshFolder(), run = root + "/run";
+  PatchDriveOptions options;
+  options.frames = 4;
+  WritePatchDrive(root, options);
+  ASSERT_THAT(RunProgram({"segment", root + "/frames", "--out=" + run, "--budget=300", "--ahead=0",
+                          "--progress=none"}),
+              Succeeds());
+  std::ofstream(root + "/boxes.csv")
+      << "frame,id,type,x1,y1,x2,y2,moving\n2,0,Car,10,10,30,30,0\n3,0,Car,10,10,30,30,0\n";
+  const ProgramOutcome boxes = RunEvaluation({run, "--no-plots"});
+  EXPECT_EQ(boxes.code, 0) << boxes.err;
+  EXPECT_THAT(boxes.out, HasSubstr("standing vehicle"));
+  EXPECT_EQ(Json::parse(*ReadFile(run + "/further.json")).at("boxes").at("frames"), 2);
+}
+
+TEST(Evaluate, TheFormerCommandTellsTheNewOne) {
+  EXPECT_THAT(RunProgram({"evaluate", FreshFolder()}),
+              EndsWithLine(2, "evaluate is egosieve-eval now"));
 }
 
 }  // namespace

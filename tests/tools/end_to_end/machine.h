@@ -1,6 +1,5 @@
 // The program in a shell of its own, where the machine can refuse what it asks for.
-#ifndef EGOSIEVE_TESTS_TOOLS_END_TO_END_MACHINE_H_
-#define EGOSIEVE_TESTS_TOOLS_END_TO_END_MACHINE_H_
+#pragma once
 
 #include <sys/wait.h>
 
@@ -9,7 +8,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/kernels/scoped_variable.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/program.h"
@@ -50,5 +48,3 @@ class Machine : public ::testing::Test {
 };
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TESTS_TOOLS_END_TO_END_MACHINE_H_

@@ -11,9 +11,7 @@
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tools/run_folder/atomic_file.h"
 
@@ -75,14 +73,7 @@ TEST_F(Machine, ASignalByWhichALibraryEndsTheProgram) {
     const pid_t process = StartProgram({"segment", root_ + "/frames", "--out=" + root_ + "/run",
                                         "--overwrite", "--budget=100", "--progress=none"},
                                        "/dev/null", err);
-    const auto catches = [&] {
-      const absl::StatusOr<std::string> status =
-          ReadFile(absl::StrFormat("/proc/%d/status", process));
-      const size_t place = status.ok() ? status->find("SigCgt:") : std::string::npos;
-      return place != std::string::npos &&
-             (std::stoull(status->substr(place + 7), nullptr, 16) >> (signal - 1) & 1) != 0;
-    };
-    for (int wait = 0; wait < 60000 && !catches(); ++wait) usleep(1000);
+    WaitUntil([&] { return Catches(process, signal); });
     kill(process, signal);
     ProgramOutcome outcome;
     outcome.code = WaitForProgram(process);

@@ -2,7 +2,6 @@
 // that was not.
 #include <signal.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,9 +14,9 @@
 #include <thread>
 
 #include "absl/strings/str_format.h"
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
@@ -33,7 +32,6 @@ using ::testing::HasSubstr;
 class Resume : public testing::Test {
  protected:
   static constexpr int kFrames = 18;
-  static constexpr int kLongestWait = 60000;  // steps of a millisecond, for a program that crashed
 
   // Compiled kernels lie where no other test writes, and are there before anything is limited.
   static void SetUpTestSuite() {
@@ -57,11 +55,10 @@ class Resume : public testing::Test {
 
   std::vector<std::string> Arguments(const std::string& out,
                                      std::vector<std::string> more = {}) const {
-    std::vector<std::string> arguments = {
-        "segment",    root_ + "/frames", "--out=" + out,        "--budget=150",
-        "--stride=8", "--progress=none", "--checkpoint_every=4"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return arguments;
+    return std::vector<std::string>{
+               "segment",    root_ + "/frames", "--out=" + out,        "--budget=150",
+               "--stride=8", "--progress=none", "--checkpoint_every=4"} +
+           more;
   }
 
   // Starts or goes on, and sends the signal after a while. Returns the exit code.
@@ -87,13 +84,18 @@ class Resume : public testing::Test {
     return code;
   }
 
-  // The whole run as a kill leaves it once the frames before `frame` have their lines.
-  void LeaveWholeAsKilledBefore(int64_t frame) {
+  // A copy of the whole run that tells that it ended so.
+  void StartFromWhole(const std::string& ended = "running") {
     fs::remove_all(run_);
     fs::copy(whole_, run_, fs::copy_options::recursive);
     RunDescription description = *RunFolder::Open(run_)->ReadDescription();
-    description.ended = "running";
+    description.ended = ended;
     ASSERT_TRUE(RunFolder::Open(run_)->WriteDescription(description).ok());
+  }
+
+  // The whole run as a kill leaves it once the frames before `frame` have their lines.
+  void LeaveWholeAsKilledBefore(int64_t frame) {
+    StartFromWhole();
     ASSERT_TRUE(LineLog::OpenTruncated(run_ + "/frames.jsonl", frame).ok());
     fs::remove(run_ + absl::StrFormat("/steps/%06d.npz", frame));
     fs::remove(run_ + absl::StrFormat("/grid/%06d.prob.png", frame));
@@ -111,11 +113,10 @@ class Resume : public testing::Test {
   // Until the log has some lines; not for ever, where the program has crashed.
   void WaitForLines(int count) const {
     const std::string log = run_ + "/frames.jsonl";
-    for (int wait = 0; wait < kLongestWait; ++wait) {
-      const absl::StatusOr<std::string> text = ReadFile(log);
-      if (text.ok() && std::count(text->begin(), text->end(), '\n') >= count) return;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    WaitUntil([&] {
+      const std::string text = ReadFile(log).value_or("");
+      return std::count(text.begin(), text.end(), '\n') >= count;
+    });
   }
 
   std::string root_, whole_, run_;
@@ -145,13 +146,6 @@ TEST_F(Resume, AfterKillsAtRandomMomentsTheBytesAreThoseOfAnUninterruptedRun) {
 
 // Where the kill hits between two writes: every state that a folder can be left in, by hand.
 TEST_F(Resume, FromEveryStateThatAKillCanLeave) {
-  const auto start_from_whole = [&] {
-    fs::remove_all(run_);
-    fs::copy(whole_, run_, fs::copy_options::recursive);
-    RunDescription description = *RunFolder::Open(run_)->ReadDescription();
-    description.ended = "running";
-    ASSERT_TRUE(RunFolder::Open(run_)->WriteDescription(description).ok());
-  };
   const auto cut_log = [&](int64_t lines, const std::string& rest) {
     const std::string log = run_ + "/frames.jsonl";
     ASSERT_TRUE(LineLog::OpenTruncated(log, lines).ok());
@@ -163,19 +157,19 @@ TEST_F(Resume, FromEveryStateThatAKillCanLeave) {
     return CompareRuns(whole_, run_);
   };
 
-  start_from_whole();  // killed before the end was written
+  StartFromWhole();  // killed before the end was written
   EXPECT_EQ(resume(), "");
-  start_from_whole();  // in the middle of a line
+  StartFromWhole();  // in the middle of a line
   cut_log(14, "{\"index\":14,\"time_sec");
   EXPECT_EQ(resume(), "");
-  start_from_whole();  // between a frame's line and its checkpoint (15)
+  StartFromWhole();  // between a frame's line and its checkpoint (15)
   cut_log(16, "");
   fs::remove(run_ + "/model/000015.npz");
   EXPECT_EQ(resume(), "");
-  start_from_whole();  // a damaged checkpoint, the one before is whole
+  StartFromWhole();  // a damaged checkpoint, the one before is whole
   fs::resize_file(run_ + "/model/000015.npz", 100);
   EXPECT_EQ(resume(), "");
-  start_from_whole();  // before the first line
+  StartFromWhole();  // before the first line
   fs::remove_all(run_ + "/model");
   fs::remove(run_ + "/frames.jsonl");
   EXPECT_EQ(resume(), "");
@@ -187,11 +181,7 @@ TEST_F(Resume, RemovesTheCheckpointThatAKillLeft) {
   const std::string begun = root_ + "/begun";
   ASSERT_EQ(RunProgram(Arguments(begun, {"--max_frames=10"})).code, 4);
   const auto leave = [&](const std::string& ended) {
-    fs::remove_all(run_);
-    fs::copy(whole_, run_, fs::copy_options::recursive);
-    RunDescription description = *RunFolder::Open(run_)->ReadDescription();
-    description.ended = ended;
-    ASSERT_TRUE(RunFolder::Open(run_)->WriteDescription(description).ok());
+    StartFromWhole(ended);
     fs::copy(begun + "/model/000007.npz", run_ + "/model/000007.npz");
     ASSERT_TRUE(fs::exists(run_ + "/model/000011.npz") && fs::exists(run_ + "/model/000015.npz"));
     std::ofstream(run_ + "/model/000015.npz.aBcdEF.egosieve.tmp") << "half";
@@ -243,25 +233,23 @@ TEST_F(Resume, OfAnotherProfile) {
 // the pictures that it reaches back to, come back with the checkpoint.
 TEST_F(Resume, WithTheFrameGapThatItChose) {
   fs::remove_all(root_ + "/frames");
-  ASSERT_EQ(
+  ASSERT_THAT(
       RunProgram({"synthesize", "--scenario=street", "--frames=18", "--width=192", "--height=108",
-                  "--frames_per_second=20", "--out=" + root_ + "/street", "--progress=none"})
-          .code,
-      0);
+                  "--frames_per_second=20", "--out=" + root_ + "/street", "--progress=none"}),
+      Succeeds());
   fs::rename(root_ + "/street/frames", root_ + "/frames");
-  ASSERT_EQ(
-      RunProgram(Arguments(whole_, {"--set=frame_gap=auto", "--no_first_pass", "--overwrite"}))
-          .code,
-      0);
+  ASSERT_THAT(
+      RunProgram(Arguments(whole_, {"--set=frame_gap=auto", "--no_first_pass", "--overwrite"})),
+      Succeeds());
   const std::vector<FrameLine> lines = *RunFolder::Open(whole_)->ReadLines();
   ASSERT_EQ(lines.size(), static_cast<size_t>(kFrames));
   std::set<int64_t> late_gaps;
   for (size_t i = 6; i < lines.size(); ++i) late_gaps.insert(lines[i].frame_gap);
   ASSERT_GE(late_gaps.size(), 2u) << "the gap stays, and shows nothing";
   const auto resume = [&] {
-    EXPECT_EQ(
-        RunProgram(Arguments(run_, {"--set=frame_gap=auto", "--no_first_pass", "--resume"})).code,
-        0);
+    EXPECT_THAT(
+        RunProgram(Arguments(run_, {"--set=frame_gap=auto", "--no_first_pass", "--resume"})),
+        Succeeds());
     return CompareRuns(whole_, run_);
   };
   for (const int frame : {8, 12, 17}) {
@@ -283,23 +271,23 @@ TEST_F(Resume, ThreadsDoNotShowInTheBytes) {
     EXPECT_EQ(RunProgram(Arguments(run_, {"--threads=4", profile})).code, 4);
     EXPECT_EQ(CompareRuns(whole_, run_), "") << profile;
   }
+  const std::string map = "/grid/000010.prob.png";
+  const std::string before = *ReadFile(run_ + map);
+  EXPECT_EQ(RunProgram(Arguments(run_, {"--overwrite", "--profile=fast", "--seed=2"})).code, 4);
+  EXPECT_TRUE(*ReadFile(run_ + map) != before) << "the seed does not show";
 }
 
 TEST_F(Resume, AnotherRunIsRefusedWithTheDifference) {
   fs::copy(whole_, run_, fs::copy_options::recursive);
-  const ProgramOutcome other = RunProgram(Arguments(run_, {"--resume", "--set=window=9"}));
-  EXPECT_EQ(other.code, 2);
-  EXPECT_THAT(other.err, HasSubstr("window is '7' there and '9' here"));
-  EXPECT_EQ(CountLines(other.err), 1);
-  const ProgramOutcome lens = RunProgram(Arguments(run_, {"--resume", "--set=focal_ratio=0.7"}));
-  EXPECT_EQ(lens.code, 2);
-  EXPECT_THAT(lens.err, HasSubstr("focal_ratio is 'learnt' there and '0.7' here"));
+  EXPECT_THAT(RunProgram(Arguments(run_, {"--resume", "--set=window=9"})),
+              EndsWithLine(2, "window is '7' there and '9' here"));
+  EXPECT_THAT(RunProgram(Arguments(run_, {"--resume", "--set=focal_ratio=0.7"})),
+              Says(2, "focal_ratio is 'learnt' there and '0.7' here"));
   fs::rename(root_ + "/frames", root_ + "/elsewhere");
   WritePatchDrive(root_ + "/second");
   fs::rename(root_ + "/second/frames", root_ + "/frames");
-  const ProgramOutcome input = RunProgram(Arguments(run_, {"--resume"}));
-  EXPECT_EQ(input.code, 2);
-  EXPECT_THAT(input.err, HasSubstr("the size of the frames is 160 x 96 there and 192 x 128 here"));
+  EXPECT_THAT(RunProgram(Arguments(run_, {"--resume"})),
+              Says(2, "the size of the frames is 160 x 96 there and 192 x 128 here"));
   EXPECT_EQ(RunProgram(Arguments(run_, {"--resume", "--overwrite"})).code, 2);
 }
 
@@ -320,10 +308,7 @@ TEST_F(Resume, OnAnotherDeviceWhereThatIsAllowed) {
   }
   ASSERT_EQ(RunProgram(Arguments(run_, {"--max_frames=10"})).code, 4);
   const std::vector<std::string> other = {"--resume", "--device=reference"};
-  const ProgramOutcome refused = RunProgram(Arguments(run_, other));
-  EXPECT_EQ(refused.code, 2);
-  EXPECT_EQ(CountLines(refused.err), 1) << refused.err;
-  EXPECT_THAT(refused.err, HasSubstr("or add --allow_other_device"));
+  EXPECT_THAT(RunProgram(Arguments(run_, other)), EndsWithLine(2, "or add --allow_other_device"));
   std::vector<std::string> allowed = other;
   allowed.push_back("--allow_other_device");
   EXPECT_EQ(RunProgram(Arguments(run_, allowed)).code, 4);
@@ -339,12 +324,11 @@ TEST_F(Resume, OnAnotherDeviceWhereThatIsAllowed) {
 
 // Two programs that write into one folder would mix their lines.
 TEST_F(Resume, OneProgramAtATime) {
-  const absl::StatusOr<FolderLock> lock = FolderLock::Take(whole_);
-  ASSERT_TRUE(lock.ok()) << lock.status();
+  const FolderLock lock = Value(FolderLock::Take(whole_));
   for (const char* flag : {"--resume", "--overwrite"}) {
-    const ProgramOutcome outcome = RunProgram(Arguments(whole_, {flag}));
-    EXPECT_EQ(outcome.code, 2) << flag;
-    EXPECT_THAT(outcome.err, HasSubstr("another program is writing into " + whole_)) << flag;
+    EXPECT_THAT(RunProgram(Arguments(whole_, {flag})),
+                Says(2, "another program is writing into " + whole_))
+        << flag;
   }
   EXPECT_EQ(RunFolder::Open(whole_)->ReadLines()->size(), static_cast<size_t>(kFrames));
 }

@@ -78,7 +78,3 @@ class Compare(unittest.TestCase):
             self.assertIn(why, done.stderr)
         os.makedirs(f'{self.folder}/empty', exist_ok=True)
         self.assertIn('no frame with truth', self.compare(f'{self.folder}/empty', f'--out={self.folder}/no').stderr)
-
-
-if __name__ == '__main__':
-    unittest.main()

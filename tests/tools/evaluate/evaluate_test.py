@@ -303,7 +303,3 @@ class Folds(Case):
         self.refused(2, 'one candidate only', 'folds', self.root / 'a')
         self.refused(2, 'no figure j', 'folds', self.root / 'a', self.root / 'b', '--figure=j')
         self.refused(3, 'no table', 'folds', self.root / 'c', self.root / 'b')
-
-
-if __name__ == '__main__':
-    unittest.main()

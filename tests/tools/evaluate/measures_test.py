@@ -333,7 +333,3 @@ class Readers(Case):
         self.bad(trajectory.read_tum, '# x\n0 0 0 0 0 0 0 0\n', 'zero')
         self.bad(trajectory.read_tum, '0 0 0 zero 0 0 0 1\n', 'line 1')
         self.bad(trajectory.read_camera, '{"focal_pixels": 0, "width": 3}', 'positive')
-
-
-if __name__ == '__main__':
-    unittest.main()

@@ -1,6 +1,5 @@
 // The kinds of calls that failing_system.cc makes fail.
-#ifndef EGOSIEVE_TESTS_TOOLS_FAULTS_FAULT_KINDS_H_
-#define EGOSIEVE_TESTS_TOOLS_FAULTS_FAULT_KINDS_H_
+#pragma once
 
 namespace egosieve::tools {
 
@@ -11,5 +10,3 @@ inline constexpr const char* kFaultNames[kFaultKinds] = {"read", "write",    "fs
                                                          "open", "allocate", "thread"};
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TESTS_TOOLS_FAULTS_FAULT_KINDS_H_

@@ -7,6 +7,7 @@
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
 #include "tests/tools/masks/masks_test.h"
+#include "tests/tools/testing/outcome.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -42,7 +43,7 @@ cv::Mat1b Decoded(const std::string& text, int rows, int columns) {
 // Every image has a mask of its name with .png behind it; COLMAP leaves out where it is 0.
 TEST_F(MasksTest, OfColmap) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
-  ASSERT_EQ(Masks({run.folder.path(), "--for=colmap"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=colmap"}), Succeeds());
   for (int i = 0; i < 6; ++i) {
     const cv::Mat mask = Read(absl::StrFormat("%06d.png.png", i));
     EXPECT_EQ(Differences(mask, Made(run, "masks", i) == 0), 0) << i;
@@ -51,7 +52,7 @@ TEST_F(MasksTest, OfColmap) {
   EXPECT_EQ(std::distance(fs::directory_iterator(out_), fs::directory_iterator()), 6);
 
   out_ = root_ + "/grown";
-  ASSERT_EQ(Masks({run.folder.path(), "--for=colmap", "--dilate=4", "--invert"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=colmap", "--dilate=4", "--invert"}), Succeeds());
   cv::Mat1f distance;
   cv::distanceTransform(Made(run, "masks", 3) == 0, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   EXPECT_EQ(Differences(Read("000003.png.png"), distance <= 4.0), 0);
@@ -67,7 +68,7 @@ TEST_F(MasksTest, OfNerfstudio) {
                                     {"transform_matrix", {{1, 0}, {0, 1}}}});
   }
   ASSERT_TRUE(WriteFileAtomically(root_ + "/drive/transforms.json", transforms.dump()).ok());
-  ASSERT_EQ(Masks({run.folder.path(), "--for=nerfstudio"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=nerfstudio"}), Succeeds());
   const nlohmann::json copy = nlohmann::json::parse(*ReadFile(out_ + "/transforms.json"));
   EXPECT_EQ(copy.at("fl_x"), 80.0);
   EXPECT_EQ(copy.at("ply_file_path"), "../drive/sparse_pc.ply");
@@ -91,7 +92,7 @@ TEST_F(MasksTest, OfNerfstudioWithBackslashesAndWithoutExtensions) {
       transforms["frames"].push_back({{"file_path", absl::StrFormat(*format, i)}});
     }
     ASSERT_TRUE(WriteFileAtomically(root_ + "/drive/transforms.json", transforms.dump()).ok());
-    ASSERT_EQ(Masks({run.folder.path(), "--for=nerfstudio", "--overwrite"}).code, 0) << form;
+    ASSERT_THAT(Masks({run.folder.path(), "--for=nerfstudio", "--overwrite"}), Succeeds()) << form;
     const nlohmann::json copy = nlohmann::json::parse(*ReadFile(out_ + "/transforms.json"));
     ASSERT_EQ(copy.at("frames").size(), 6u);
     for (int i = 0; i < 6; ++i) {
@@ -104,14 +105,14 @@ TEST_F(MasksTest, OfNerfstudioWithBackslashesAndWithoutExtensions) {
 
 TEST_F(MasksTest, OfInstantNgpWithPictures) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
-  ASSERT_EQ(Masks({run.folder.path(), "--for=instant-ngp", "--frames=" + out_}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=instant-ngp", "--frames=" + out_}), Succeeds());
   EXPECT_EQ(Differences(Read("dynamic_mask_000003.png"), Made(run, "masks", 3)), 0);
   EXPECT_EQ(*ReadFile(out_ + "/000003.png"), *ReadFile(run.frames + "/000003.png"));
 }
 
 TEST_F(MasksTest, OfGaussianSplatting) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
-  ASSERT_EQ(Masks({run.folder.path(), "--for=gaussian-splatting"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=gaussian-splatting"}), Succeeds());
   const cv::Mat picture = Read("000003.png");
   ASSERT_EQ(picture.type(), CV_8UC4);
   cv::Mat alpha, colours;
@@ -124,7 +125,7 @@ TEST_F(MasksTest, OfGaussianSplatting) {
 // An indexed PNG whose pixels are the movers' numbers; the colours are VOC's.
 TEST_F(MasksTest, OfDavis) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
-  ASSERT_EQ(Masks({run.folder.path(), "--for=davis"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=davis"}), Succeeds());
   const std::string png = *ReadFile(out_ + "/000003.png");
   EXPECT_EQ(png[24], 8);  // bits of a pixel
   EXPECT_EQ(png[25], 3);  // colour type: palette
@@ -147,25 +148,23 @@ TEST_F(MasksTest, OfDavis) {
 TEST_F(MasksTest, OfPicturesWhoseNamesAreNotUtf8) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
   fs::rename(run.frames + "/000005.png", run.frames + "/000005\xdf.png");
-  ASSERT_EQ(Masks({run.folder.path(), "--for=colmap"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=colmap"}), Succeeds());
   EXPECT_EQ(Differences(Read("000005\xdf.png.png"), Made(run, "masks", 5) == 0), 0);
   out_ = root_ + "/coco";
-  ASSERT_EQ(Masks({run.folder.path(), "--for=coco"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=coco"}), Succeeds());
   const nlohmann::json json = nlohmann::json::parse(*ReadFile(out_ + "/annotations.json"));
   EXPECT_EQ(json.at("images")[5].at("file_name"), "000005%DF.png");
 
   out_ = root_ + "/long";
   fs::rename(run.frames + "/000005\xdf.png",
              run.frames + "/000005" + std::string(240, 'n') + ".png");
-  const CommandOutcome long_name = Masks({run.folder.path(), "--for=instant-ngp"});
-  EXPECT_EQ(long_name.code, 2);
-  EXPECT_THAT(long_name.err, testing::HasSubstr("more than 255 bytes"));
+  EXPECT_THAT(Masks({run.folder.path(), "--for=instant-ngp"}), Says(2, "more than 255 bytes"));
   EXPECT_FALSE(fs::exists(out_));
 }
 
 TEST_F(MasksTest, OfCoco) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
-  ASSERT_EQ(Masks({run.folder.path(), "--for=coco"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=coco"}), Succeeds());
   const nlohmann::json json = nlohmann::json::parse(*ReadFile(out_ + "/annotations.json"));
   ASSERT_EQ(json.at("images").size(), 6u);
   EXPECT_EQ(json.at("images")[3].at("file_name"), "000003.png");
@@ -190,7 +189,7 @@ TEST_F(MasksTest, OfCoco) {
 // time_frame id class height width text; the image holds 1000 class + number.
 TEST_F(MasksTest, OfMots) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
-  ASSERT_EQ(Masks({run.folder.path(), "--for=mots"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=mots"}), Succeeds());
   const std::vector<std::string> rows =
       absl::StrSplit(*ReadFile(out_ + "/drive.txt"), '\n', absl::SkipEmpty());
   ASSERT_GE(rows.size(), 4u);

@@ -4,13 +4,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
-#include "gmock/gmock.h"
+#include "tests/testing/status.h"
 #include "tests/tools/masks/masks_test.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tools/cli/command.h"
 #include "tools/masks/mask_export.h"
@@ -25,10 +25,10 @@ using ::testing::HasSubstr;
 
 TEST_F(MasksTest, TakesAThresholdWhatIsUnsureAndTheUsersOwn) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
-  ASSERT_EQ(Masks({run.folder.path(), "--for=plain", "--threshold=0.5"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=plain", "--threshold=0.5"}), Succeeds());
   const cv::Mat1b half = Read("000003.png");
   out_ = root_ + "/unsure";
-  ASSERT_EQ(Masks({run.folder.path(), "--for=plain", "--unsure=mask"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=plain", "--unsure=mask"}), Succeeds());
   const cv::Mat1b unsure = Read("000003.png");
   const cv::Mat map = cv::imread(run.folder.FrameFile("full", 3, ".prob.png"), -1);
   EXPECT_EQ(Differences(half, map >= 32768), 0);
@@ -40,18 +40,17 @@ TEST_F(MasksTest, TakesAThresholdWhatIsUnsureAndTheUsersOwn) {
   own(cv::Rect(0, 0, 9, 5)) = 1;
   cv::imwrite(root_ + "/hood.png", own);
   out_ = root_ + "/also";
-  ASSERT_EQ(
-      Masks({run.folder.path(), "--for=plain", "--threshold=0.5", "--also=" + root_ + "/hood.png"})
-          .code,
-      0);
+  ASSERT_THAT(
+      Masks({run.folder.path(), "--for=plain", "--threshold=0.5", "--also=" + root_ + "/hood.png"}),
+      Succeeds());
   EXPECT_EQ(Differences(Read("000003.png"), half | (own != 0)), 0);
 
   fs::create_directories(root_ + "/own");
   cv::imwrite(root_ + "/own/000003.png", own);
   out_ = root_ + "/also_some";
-  ASSERT_EQ(
-      Masks({run.folder.path(), "--for=plain", "--threshold=0.5", "--also=" + root_ + "/own"}).code,
-      0);
+  ASSERT_THAT(
+      Masks({run.folder.path(), "--for=plain", "--threshold=0.5", "--also=" + root_ + "/own"}),
+      Succeeds());
   EXPECT_EQ(Differences(Read("000003.png"), half | (own != 0)), 0);
 }
 
@@ -80,7 +79,7 @@ TEST_F(MasksTest, SegmentsWhatIsNoRunYet) {
   EXPECT_TRUE(fs::exists(out_ + ".run/masks/000005.png"));
   const std::string run = out_ + ".run";
   out_ = root_ + "/coco";
-  ASSERT_EQ(Masks({run, "--for=coco"}).code, 0);
+  ASSERT_THAT(Masks({run, "--for=coco"}), Succeeds());
   EXPECT_TRUE(fs::exists(out_ + "/annotations.json"));
 }
 
@@ -88,7 +87,7 @@ TEST_F(MasksTest, SegmentsWhatIsNoRunYet) {
 TEST_F(MasksTest, GoesOnWhereItWasInterrupted) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
   const std::vector<std::string> words = {run.folder.path(), "--for=colmap", "--dilate=1"};
-  ASSERT_EQ(Masks(words).code, 0);
+  ASSERT_THAT(Masks(words), Succeeds());
   const std::string whole = out_;
   EXPECT_FALSE(fs::exists(whole + "/.egosieve_masks.json"));
   const auto interrupt = [&](const std::vector<std::string>& more, int frames) {
@@ -101,23 +100,20 @@ TEST_F(MasksTest, GoesOnWhereItWasInterrupted) {
     std::reverse(all.begin(), all.end());
     app.parse(all);
     EXPECT_TRUE(flags.Resolve().ok());
-    auto made =
-        MaskExport::Prepare(*OpenDriveInput(run.frames, 0), run.folder.path(), flags.options);
-    EXPECT_TRUE(made.ok()) << made.status();
+    auto made = Value(
+        MaskExport::Prepare(*OpenDriveInput(run.frames, 0), run.folder.path(), flags.options));
     const absl::Status status =
-        made->Run(run.folder, *run.folder.ReadLines(), [&] { return --frames > 0; });
+        made.Run(run.folder, *run.folder.ReadLines(), [&] { return --frames > 0; });
     EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
-    EXPECT_THAT(std::string(status.message()), HasSubstr("the same command goes on"));
+    EXPECT_THAT(status.message(), HasSubstr("the same command goes on"));
   };
   out_ = root_ + "/again";
   interrupt({}, 3);
   // No file that is whole is made again.
   const std::string kept = out_ + "/000001.png.png";
   ASSERT_TRUE(WriteFileAtomically(kept, "as it was").ok());
-  const CommandOutcome other = Masks({words[0], words[1], "--dilate=2"});
-  EXPECT_EQ(other.code, 2);
-  EXPECT_THAT(other.err, HasSubstr("is not empty"));
-  EXPECT_EQ(Masks(words).code, 0);
+  EXPECT_THAT(Masks({words[0], words[1], "--dilate=2"}), Says(2, "is not empty"));
+  EXPECT_THAT(Masks(words), Succeeds());
   EXPECT_EQ(*ReadFile(kept), "as it was");
   for (int i = 0; i < 6; ++i) {
     const std::string name = absl::StrFormat("/%06d.png.png", i);
@@ -128,7 +124,7 @@ TEST_F(MasksTest, GoesOnWhereItWasInterrupted) {
   EXPECT_EQ(Masks(words).code, 2) << "a whole export is not continued";
   // Files of a former export are none of the interrupted one.
   interrupt({"--overwrite"}, 1);
-  EXPECT_EQ(Masks(words).code, 0);
+  EXPECT_THAT(Masks(words), Succeeds());
   EXPECT_EQ(*ReadFile(kept), *ReadFile(whole + "/000001.png.png"));
   // Of a run that was made anew meanwhile.
   fs::remove_all(out_);
@@ -137,7 +133,7 @@ TEST_F(MasksTest, GoesOnWhereItWasInterrupted) {
   RunDescription description = run.description;
   description.finished_utc = "2031-01-01T00:00:00Z";
   ASSERT_TRUE(run.folder.WriteDescription(description).ok());
-  EXPECT_EQ(Masks(words).code, 0);
+  EXPECT_THAT(Masks(words), Succeeds());
   EXPECT_EQ(*ReadFile(kept), *ReadFile(whole + "/000001.png.png"));
 }
 
@@ -160,10 +156,9 @@ TEST_F(MasksTest, StaysInItsFolderWhateverAListNames) {
   // Beside the pictures' folder, as one level up from a mask "../images/000003.png" would be.
   out_ = root_ + "/project/masks";
   for (const char* format : {"plain", "colmap", "instant-ngp", "gaussian-splatting"}) {
-    const CommandOutcome outcome =
-        Masks({lists + "/all.txt", absl::StrCat("--for=", format), "--overwrite",
-               "--frames=" + root_ + "/project/copies", "--run=" + root_ + "/run"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(Masks({lists + "/all.txt", absl::StrCat("--for=", format), "--overwrite",
+                       "--frames=" + root_ + "/project/copies", "--run=" + root_ + "/run"}),
+                Succeeds());
     EXPECT_EQ(*ReadFile(root_ + "/project/images/000003.png"), picture) << format;
   }
   EXPECT_EQ(std::distance(fs::directory_iterator(root_ + "/project/images"), {}), 6);
@@ -184,10 +179,8 @@ TEST_F(MasksTest, StaysInItsFolderWhateverAListNames) {
   fs::create_directories(root_ + "/linked");
   fs::create_directory_symlink(root_ + "/project/images", root_ + "/linked/images");
   out_ = root_ + "/linked";
-  const CommandOutcome link =
-      Masks({lists + "/all.txt", "--for=plain", "--overwrite", "--run=" + root_ + "/run"});
-  EXPECT_EQ(link.code, 2);
-  EXPECT_THAT(link.err, HasSubstr("leads out of --out"));
+  EXPECT_THAT(Masks({lists + "/all.txt", "--for=plain", "--overwrite", "--run=" + root_ + "/run"}),
+              Says(2, "leads out of --out"));
   EXPECT_EQ(*ReadFile(root_ + "/project/images/000003.png"), picture);
 }
 
@@ -196,10 +189,8 @@ TEST_F(MasksTest, PicturesWhoseMasksWouldBeOneFileAreRefused) {
   for (const char* name : {"a.jpg", "a.jpeg"}) {
     ASSERT_TRUE(cv::imwrite(root_ + "/twins/" + name, cv::Mat3b(48, 64, cv::Vec3b(9, 9, 9))));
   }
-  const CommandOutcome refused =
-      Masks({root_ + "/twins", "--for=instant-ngp", "--run=" + root_ + "/other"});
-  EXPECT_EQ(refused.code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("/dynamic_mask_a.png, of the pictures"));
+  EXPECT_THAT(Masks({root_ + "/twins", "--for=instant-ngp", "--run=" + root_ + "/other"}),
+              Says(2, "/dynamic_mask_a.png, of the pictures"));
   EXPECT_FALSE(fs::exists(out_));
   EXPECT_FALSE(fs::exists(root_ + "/other"));
 }
@@ -214,7 +205,7 @@ TEST(NameInside, LeavesNothingThatLeadsOut) {
 // DAVIS has no number above 254, MOTS none above 999: known before the first file.
 TEST_F(MasksTest, MoversThatTheFormatCannotNumberAreToldBeforeAnythingIsWritten) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
-  ASSERT_EQ(Masks({run.folder.path(), "--for=davis"}).code, 0);
+  ASSERT_THAT(Masks({run.folder.path(), "--for=davis"}), Succeeds());
   cv::Mat1w ids = Made(run, "ids", 5);
   for (const auto& [format, most] : {std::pair{"davis", 254}, {"mots", 999}}) {
     for (const int number : {most, most + 1}) {
@@ -243,15 +234,11 @@ TEST_F(MasksTest, GoesOnBehindAPictureThatCannotBeRead) {
 }
 
 TEST_F(MasksTest, WritesAVideosPictures) {
-  cv::VideoWriter video(root_ + "/drive.avi", cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10.0,
-                        cv::Size(160, 96));
-  for (int i = 0; i < 4; ++i) video << PatchFrame(SmallPatchDrive(4), i);
-  video.release();
+  WritePatchVideo(root_ + "/drive.avi", SmallPatchDrive(4), 4);
   const std::string pictures = root_ + "/pictures";
-  ASSERT_EQ(
-      Masks({root_ + "/drive.avi", "--for=colmap", "--frames=" + pictures, "--run=" + root_ + "/r"})
-          .code,
-      0);
+  ASSERT_THAT(Masks({root_ + "/drive.avi", "--for=colmap", "--frames=" + pictures,
+                     "--run=" + root_ + "/r"}),
+              Succeeds());
   for (int i = 0; i < 4; ++i) {
     const std::string name = absl::StrFormat("%06d.png", i);
     EXPECT_EQ(cv::imread(pictures + "/" + name).size(), cv::Size(160, 96));
@@ -277,10 +264,7 @@ TEST_F(MasksTest, WritesAVideosPictures) {
 // their frames.
 TEST_F(MasksTest, FindsPicturesInTheirVideo) {
   const PatchDriveOptions drive = SmallPatchDrive(8);
-  cv::VideoWriter video(root_ + "/drive.avi", cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10.0,
-                        cv::Size(160, 96));
-  for (int i = 0; i < 8; ++i) video << PatchFrame(drive, i);
-  video.release();
+  WritePatchVideo(root_ + "/drive.avi", drive, 8);
   fs::create_directories(root_ + "/images/cam0");
   const std::vector<int> taken = {1, 3, 6};
   for (size_t i = 0; i < taken.size(); ++i) {
@@ -289,8 +273,8 @@ TEST_F(MasksTest, FindsPicturesInTheirVideo) {
     cv::imwrite(absl::StrFormat("%s/images/cam0/%c.jpg", root_, 'a' + static_cast<int>(i)),
                 picture);
   }
-  ASSERT_EQ(Masks({root_ + "/images", "--from_video=" + root_ + "/drive.avi", "--for=colmap"}).code,
-            0);
+  ASSERT_THAT(Masks({root_ + "/images", "--from_video=" + root_ + "/drive.avi", "--for=colmap"}),
+              Succeeds());
   for (size_t i = 0; i < taken.size(); ++i) {
     const cv::Mat1b mask = Read(absl::StrFormat("cam0/%c.jpg.png", 'a' + static_cast<int>(i)));
     cv::Mat expected;
@@ -306,10 +290,8 @@ TEST_F(MasksTest, FindsPicturesInTheirVideo) {
   other.frames = 20;
   cv::imwrite(root_ + "/images/cam0/d.jpg", PatchFrame(other, 15));
   out_ = root_ + "/refused";
-  const CommandOutcome refused =
-      Masks({root_ + "/images", "--from_video=" + root_ + "/drive.avi", "--for=colmap"});
-  EXPECT_EQ(refused.code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("cam0/d.jpg: no frame of"));
+  EXPECT_THAT(Masks({root_ + "/images", "--from_video=" + root_ + "/drive.avi", "--for=colmap"}),
+              Says(2, "cam0/d.jpg: no frame of"));
   EXPECT_FALSE(fs::exists(out_));
   EXPECT_FALSE(fs::exists(out_ + ".run"));
 }
@@ -372,7 +354,7 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
 TEST_F(MasksTest, TellsColmapWhereThePicturesAre) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
   testing::internal::CaptureStdout();
-  EXPECT_EQ(Masks({run.folder.path(), "--for=colmap"}).code, 0);
+  EXPECT_THAT(Masks({run.folder.path(), "--for=colmap"}), Succeeds());
   EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("--image_path=" + run.frames));
 }
 
@@ -381,9 +363,7 @@ TEST_F(MasksTest, WritesIntoNoFolderThatIsReadOrSomebodyElses) {
   const std::string path = run.folder.path();
   for (const std::string& inside : {run.frames, run.frames + "/masks", path, path + "/colmap"}) {
     out_ = inside;
-    const CommandOutcome outcome = Masks({path, "--for=colmap", "--overwrite"});
-    EXPECT_EQ(outcome.code, 2) << inside;
-    EXPECT_THAT(outcome.err, HasSubstr("--out=" + inside));
+    EXPECT_THAT(Masks({path, "--for=colmap", "--overwrite"}), Says(2, "--out=" + inside)) << inside;
   }
   out_ = run.frames + "/masks";
   EXPECT_THAT(Masks({run.frames + "/*.png", "--for=colmap"}).err,
@@ -397,7 +377,7 @@ TEST_F(MasksTest, WritesIntoNoFolderThatIsReadOrSomebodyElses) {
   fs::create_directories(root_ + "/full/x");
   out_ = root_ + "/full";
   EXPECT_THAT(Masks({path, "--for=colmap"}).err, HasSubstr("--overwrite"));
-  EXPECT_EQ(Masks({path, "--for=colmap", "--overwrite"}).code, 0);
+  EXPECT_THAT(Masks({path, "--for=colmap", "--overwrite"}), Succeeds());
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // A folder for each test of `egosieve masks`, and pictures compared pixel by pixel.
-#ifndef EGOSIEVE_TESTS_TOOLS_MASKS_MASKS_TEST_H_
-#define EGOSIEVE_TESTS_TOOLS_MASKS_MASKS_TEST_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -46,5 +45,3 @@ inline int Differences(const cv::Mat& a, const cv::Mat& b) {
 }
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TESTS_TOOLS_MASKS_MASKS_TEST_H_

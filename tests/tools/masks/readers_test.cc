@@ -3,7 +3,7 @@
 //
 //   python3 -m venv readers && readers/bin/pip install numpy pillow pycocotools pycolmap
 //   export EGOSIEVE_READERS=$PWD/readers/bin/python
-//   bazel test --test_env=EGOSIEVE_READERS //tests/tools/masks:readers_test
+//   bazel test --test_env=EGOSIEVE_READERS //tests/tools:parts_test --test_filter=Readers*
 //
 // Skipped where they are not installed.
 #include <cstdio>
@@ -15,9 +15,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
-#include "gtest/gtest.h"
+#include "gmock/gmock.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/run_command.h"
 #include "tools/cli/command.h"
 #include "tools/run_folder/atomic_file.h"
@@ -124,11 +125,10 @@ class Readers : public testing::Test {
   }
 
   void Write(const std::string& format) const {
-    ASSERT_EQ(RunCommandForTest(MakeMasksCommand(),
-                                {run_.folder.path(), absl::StrCat("--for=", format),
-                                 absl::StrCat("--out=", root_, "/", format), "--progress=none"})
-                  .code,
-              0)
+    ASSERT_THAT(RunCommandForTest(MakeMasksCommand(),
+                                  {run_.folder.path(), absl::StrCat("--for=", format),
+                                   absl::StrCat("--out=", root_, "/", format), "--progress=none"}),
+                Succeeds())
         << format;
   }
 

@@ -5,10 +5,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_split.h"
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fake_run.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/run_command.h"
+#include "tools/refine/full_maps.h"
 #include "tools/refine/refine_flags.h"
 #include "tools/refine/refine_run.h"
 #include "tools/run_folder/atomic_file.h"
@@ -18,14 +19,13 @@
 namespace egosieve::tools {
 namespace {
 
-using ::testing::HasSubstr;
+CommandOutcome Refine(const std::vector<std::string>& words) {
+  return RunCommandForTest(MakeRefineCommand(), words);
+}
 
 TEST(RefineCommand, WritesMapsOfTheFramesSize) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine");
-  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(),
-                              {run.folder.path(), "--what=probability,deviation,class"})
-                .code,
-            0);
+  ASSERT_THAT(Refine({run.folder.path(), "--what=probability,deviation,class"}), Succeeds());
   EXPECT_FALSE(std::filesystem::exists(run.folder.File("masks")));
   const cv::Mat probability = cv::imread(run.folder.FrameFile("full", 3, ".prob.png"), -1);
   const cv::Mat deviation = cv::imread(run.folder.FrameFile("full", 3, ".std.png"), -1);
@@ -40,7 +40,7 @@ TEST(RefineCommand, WritesMapsOfTheFramesSize) {
 
 TEST(RefineCommand, ListsObjects) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_objects");
-  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path()}).code, 0);
+  ASSERT_THAT(Refine({run.folder.path()}), Succeeds());
   const auto objects_of = [&](int frame) {
     return nlohmann::json::parse(*ReadFile(run.folder.FrameFile("full", frame, ".objects.json")));
   };
@@ -55,14 +55,13 @@ TEST(RefineCommand, ListsObjects) {
   EXPECT_LT(found.area(), 2.0 * disc.area());  // a grid pixel is 5 pixels wide
   EXPECT_GT(objects[0].at("peak_probability"), 0.85);
   EXPECT_GT(objects[0].at("sure"), 0.3);
-  ASSERT_EQ(
-      RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--object_high=0.9999"}).code, 0);
+  ASSERT_THAT(Refine({run.folder.path(), "--object_high=0.9999"}), Succeeds());
   EXPECT_TRUE(objects_of(3).empty());
 }
 
 TEST(RefineCommand, WritesMasksNumbersAndTracks) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_masks");
-  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path()}).code, 0);
+  ASSERT_THAT(Refine({run.folder.path()}), Succeeds());
   const cv::Mat mask = cv::imread(run.folder.FrameFile("masks", 3, ".png"), -1);
   const cv::Mat ids = cv::imread(run.folder.FrameFile("ids", 3, ".png"), -1);
   ASSERT_EQ(mask.type(), CV_8UC1);
@@ -103,13 +102,13 @@ TEST(RefineCommand, AMoverOfASingleFrameIsNone) {
     maps.probability(place) = 0.95F;
     ASSERT_TRUE(run.folder.WriteGridMaps(frame, maps, run.description.deviation_full_scale).ok());
   }
-  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path()}).code, 0);
+  ASSERT_THAT(Refine({run.folder.path()}), Succeeds());
   for (const char* product : {"ids", "masks"}) {
     EXPECT_EQ(pixels_of(product, 20), 0) << product;
     EXPECT_EQ(pixels_of(product, 31), 0) << product;
     EXPECT_GT(pixels_of(product, 39), 100) << product;
   }
-  ASSERT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--causal"}).code, 0);
+  ASSERT_THAT(Refine({run.folder.path(), "--causal"}), Succeeds());
   for (const auto& [frame, place] : glimpses) EXPECT_GT(pixels_of("ids", frame), 100) << frame;
 }
 
@@ -129,93 +128,99 @@ TEST(RefineRun, GoesOnWithTheSameBytes) {
   FakeRunOptions options;
   options.frames = 40;  // more than a chunk
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_resume", options);
-  const absl::StatusOr<std::shared_ptr<kernels::Context>> context = kernels::OpenContext({});
-  ASSERT_TRUE(context.ok()) << context.status();
+  const std::shared_ptr<kernels::Context> context = Value(kernels::OpenContext({}));
   const std::vector<FrameLine> lines = *run.folder.ReadLines();
   RefineOptions what;
-  auto whole = RefineRun::Open(*context, run.folder, lines, what);
-  ASSERT_TRUE(whole.ok()) << whole.status();
-  ASSERT_TRUE((*whole)->Run([] { return true; }).ok());
+  auto whole = Value(RefineRun::Open(context, run.folder, lines, what));
+  ASSERT_TRUE(whole->Run([] { return true; }).ok());
   const std::map<std::string, std::string> expected = ProductsOf(run.folder);
 
-  auto cut_short = RefineRun::Open(*context, run.folder, lines, what);
-  ASSERT_TRUE(cut_short.ok()) << cut_short.status();
-  EXPECT_EQ((*cut_short)->Run([] { return false; }).code(), absl::StatusCode::kCancelled);
+  auto cut_short = Value(RefineRun::Open(context, run.folder, lines, what));
+  EXPECT_EQ(cut_short->Run([] { return false; }).code(), absl::StatusCode::kCancelled);
   EXPECT_NE(ProductsOf(run.folder).at("tracks"), expected.at("tracks"));
   for (int i = 32; i < 40; ++i) {
     std::filesystem::remove(run.folder.FrameFile("masks", i, ".png"));
   }
   what.resume = true;
-  auto rest = RefineRun::Open(*context, run.folder, lines, what);
-  ASSERT_TRUE(rest.ok()) << rest.status();
-  EXPECT_EQ((*rest)->frames_done_before(), 32);
-  ASSERT_TRUE((*rest)->Run([] { return true; }).ok());
+  auto rest = Value(RefineRun::Open(context, run.folder, lines, what));
+  EXPECT_EQ(rest->frames_done_before(), 32);
+  ASSERT_TRUE(rest->Run([] { return true; }).ok());
   EXPECT_EQ(ProductsOf(run.folder), expected);
 
   what.mask.low = 0.4;
-  const auto other = RefineRun::Open(*context, run.folder, lines, what);
-  ASSERT_TRUE(other.ok()) << other.status();
-  EXPECT_EQ((*other)->frames_done_before(), 0);
+  const auto other = Value(RefineRun::Open(context, run.folder, lines, what));
+  EXPECT_EQ(other->frames_done_before(), 0);
 }
 
 TEST(RefineCommand, SaysWhatIsWrongWithTheInput) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_input");
   {
-    const absl::StatusOr<FolderLock> lock = FolderLock::Take(run.folder.path());
-    ASSERT_TRUE(lock.ok());
-    const CommandOutcome second = RunCommandForTest(MakeRefineCommand(), {run.folder.path()});
-    EXPECT_EQ(second.code, 2);
-    EXPECT_THAT(second.err, HasSubstr("another program is writing into"));
+    const FolderLock lock = Value(FolderLock::Take(run.folder.path()));
+    EXPECT_THAT(Refine({run.folder.path()}), Says(2, "another program is writing into"));
   }
   const std::string moved = testing::TempDir() + "/refine_moved";
   std::filesystem::remove_all(moved);
   std::filesystem::rename(run.frames, moved);
-  const CommandOutcome gone = RunCommandForTest(MakeRefineCommand(), {run.folder.path()});
-  EXPECT_EQ(gone.code, 3);
-  EXPECT_THAT(gone.err, HasSubstr("--input="));
+  EXPECT_THAT(Refine({run.folder.path()}), Says(3, "--input="));
   EXPECT_FALSE(std::filesystem::exists(run.folder.File("masks")));
-  EXPECT_EQ(RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--input=" + moved}).code,
-            0);
+  EXPECT_THAT(Refine({run.folder.path(), "--input=" + moved}), Succeeds());
   cv::imwrite(moved + "/000004.png", cv::Mat3b(32, 48));
-  const CommandOutcome resized =
-      RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--input=" + moved});
-  EXPECT_EQ(resized.code, 3);
-  EXPECT_THAT(resized.err, HasSubstr("is not what was segmented"));
+  EXPECT_THAT(Refine({run.folder.path(), "--input=" + moved}),
+              Says(3, "is not what was segmented"));
 }
 
 TEST(RefineCommand, SaysWhatIsWrong) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_bad");
-  const CommandOutcome swapped = RunCommandForTest(
-      MakeRefineCommand(), {run.folder.path(), "--static_below=0.8", "--dynamic_above=0.2"});
-  EXPECT_EQ(swapped.code, 2);
-  EXPECT_THAT(swapped.err, HasSubstr("--static_below=0.8"));
-  const CommandOutcome low_above_high =
-      RunCommandForTest(MakeRefineCommand(), {run.folder.path(), "--object_low=0.9"});
-  EXPECT_EQ(low_above_high.code, 2);
-  EXPECT_THAT(low_above_high.err, HasSubstr("--object_low=0.9"));
-  EXPECT_EQ(RunCommandForTest(MakeRefineCommand(), {"/nowhere"}).code, 3);
+  EXPECT_THAT(Refine({run.folder.path(), "--static_below=0.8", "--dynamic_above=0.2"}),
+              Says(2, "--static_below=0.8"));
+  EXPECT_THAT(Refine({run.folder.path(), "--object_low=0.9"}), Says(2, "--object_low=0.9"));
+  EXPECT_EQ(Refine({"/nowhere"}).code, 3);
   std::filesystem::remove(run.folder.FrameFile("grid", 2, ".prob.png"));
-  const CommandOutcome missing = RunCommandForTest(MakeRefineCommand(), {run.folder.path()});
-  EXPECT_EQ(missing.code, 3);
-  EXPECT_THAT(missing.err, HasSubstr("the map of frame 2 in"));
+  EXPECT_THAT(Refine({run.folder.path()}), Says(3, "the map of frame 2 in"));
 }
 
 TEST(RefineCommand, ResumesAnewWhereTheFormerOneHadOtherOptions) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_anew");
   const auto refine = [&](const std::string& high) {
-    return RunCommandForTest(MakeRefineCommand(),
-                             {run.folder.path(), "--mask_high=" + high, "--resume"});
+    return Refine({run.folder.path(), "--mask_high=" + high, "--resume"});
   };
   const auto moving = [&] {
     return cv::countNonZero(cv::imread(run.folder.FrameFile("masks", 3, ".png"), -1));
   };
-  ASSERT_EQ(refine("0.7").code, 0);
+  ASSERT_THAT(refine("0.7"), Succeeds());
   const int before = moving();
   EXPECT_GT(before, 0);
-  ASSERT_EQ(refine("0.999").code, 0);
+  ASSERT_THAT(refine("0.999"), Succeeds());
   EXPECT_EQ(moving(), 0);
-  ASSERT_EQ(refine("0.7").code, 0);
+  ASSERT_THAT(refine("0.7"), Succeeds());
   EXPECT_EQ(moving(), before);
+}
+
+TEST(InterpolateMap, IsExactForLinearMaps) {
+  const std::shared_ptr<kernels::Context> context = Value(kernels::OpenContext({}));
+  const kernels::ImageGrid grid{43, 29, 5};  // the last cells are narrower
+  const auto plane = [](double x, double y) { return 0.1 + 0.013 * x + 0.007 * y; };
+  cv::Mat1f values(grid.rows(), grid.columns());
+  for (int row = 0; row < grid.rows(); ++row) {
+    for (int column = 0; column < grid.columns(); ++column) {
+      values(row, column) = static_cast<float>(plane(grid.x_pixels(column), grid.y_pixels(row)));
+    }
+  }
+  const cv::Mat1f full = Value(InterpolateMap(*context, grid, values));
+  ASSERT_EQ(full.size(), cv::Size(43, 29));
+  for (int y = 0; y < 29; ++y) {
+    for (int x = 0; x < 43; ++x) {
+      // Four products and sums of floats below 1: a few units in the last place, 6e-8 each.
+      ASSERT_NEAR(full(y, x), plane(x, y), 5e-7) << x << ", " << y;
+    }
+  }
+}
+
+TEST(ClassifyMap, HasThreeClasses) {
+  const cv::Mat1f probability = (cv::Mat1f(1, 5) << 0.0f, 0.39f, 0.5f, 0.75f, 0.76f);
+  const cv::Mat1b classes = ClassifyMap(probability, {0.4, 0.75});
+  const cv::Mat1b expected = (cv::Mat1b(1, 5) << 0, 0, 128, 128, 255);
+  EXPECT_EQ(cv::norm(classes, expected, cv::NORM_INF), 0.0);
 }
 
 }  // namespace

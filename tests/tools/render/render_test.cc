@@ -3,8 +3,8 @@
 #include <opencv2/videoio.hpp>
 
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/run_command.h"
 #include "tools/cli/command.h"
 #include "tools/render/overlay.h"
@@ -13,7 +13,9 @@
 namespace egosieve::tools {
 namespace {
 
-using ::testing::HasSubstr;
+CommandOutcome Render(const std::vector<std::string>& words) {
+  return RunCommandForTest(MakeRenderCommand(), words);
+}
 
 TEST(DrawOverlay, TintsByProbabilityAndKeepsSidesEven) {
   const cv::Mat3b frame(121, 201, cv::Vec3b(100, 100, 100));
@@ -92,10 +94,10 @@ TEST(RenderCommand, WritesImagesAndAVideoThatPlays) {
   options.width_pixels = 161;
   options.height_pixels = 121;
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/render", options);
-  EXPECT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path()}).code, 0);
+  EXPECT_THAT(Render({run.folder.path()}), Succeeds());
   EXPECT_TRUE(std::filesystem::exists(run.folder.File("overlay.mp4")));
   EXPECT_FALSE(std::filesystem::exists(run.folder.File("render")));
-  EXPECT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--images"}).code, 0);
+  EXPECT_THAT(Render({run.folder.path(), "--images"}), Succeeds());
   const cv::Mat image = cv::imread(run.folder.FrameFile("render", 5, ".png"));
   ASSERT_FALSE(image.empty());
   cv::VideoCapture video(run.folder.File("overlay.mp4"));
@@ -115,19 +117,13 @@ TEST(RenderCommand, SaysWhenTheInputIsGoneOrAnother) {
   const std::string moved = run.frames + "_moved";
   std::filesystem::remove_all(moved);
   std::filesystem::rename(run.frames, moved);
-  const CommandOutcome gone = RunCommandForTest(MakeRenderCommand(), {run.folder.path()});
-  EXPECT_EQ(gone.code, 3);
-  EXPECT_THAT(gone.err, HasSubstr("--input="));
-  EXPECT_EQ(RunCommandForTest(MakeRenderCommand(),
-                              {run.folder.path(), "--input=" + moved, "--images", "--no_video"})
-                .code,
-            0);
+  EXPECT_THAT(Render({run.folder.path()}), Says(3, "--input="));
+  EXPECT_THAT(Render({run.folder.path(), "--input=" + moved, "--images", "--no_video"}),
+              Succeeds());
   cv::imwrite(moved + "/000003.png", cv::Mat3b(10, 10));
-  const CommandOutcome other = RunCommandForTest(
-      MakeRenderCommand(), {run.folder.path(), "--input=" + moved, "--images", "--no_video"});
-  EXPECT_EQ(other.code, 3);
-  EXPECT_THAT(other.err, HasSubstr("frame 3"));
-  EXPECT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--no_video"}).code, 2);
+  EXPECT_THAT(Render({run.folder.path(), "--input=" + moved, "--images", "--no_video"}),
+              Says(3, "frame 3"));
+  EXPECT_EQ(Render({run.folder.path(), "--no_video"}).code, 2);
 }
 
 }  // namespace

@@ -4,8 +4,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/run_command.h"
 #include "tools/cli/command.h"
 #include "tools/report/chart.h"
@@ -187,7 +187,8 @@ TEST(MakeReportPage, AnEmptyRunHasAPageToo) {
 
 TEST(ReportCommand, HasPicturesWhileTheInputIsThere) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/report");
-  EXPECT_EQ(RunCommandForTest(MakeReportCommand(), {run.folder.path(), "--pictures=3"}).code, 0);
+  EXPECT_THAT(RunCommandForTest(MakeReportCommand(), {run.folder.path(), "--pictures=3"}),
+              Succeeds());
   const std::string page = *ReadFile(run.folder.File("report.html"));
   size_t pictures = 0;
   for (size_t at = page.find("data:image/jpeg"); at != std::string::npos;
@@ -200,11 +201,12 @@ TEST(ReportCommand, HasPicturesWhileTheInputIsThere) {
   // What cannot be read costs its part of the page, and no more.
   ASSERT_TRUE(WriteFileAtomically(run.folder.File("eval.json"), "{").ok());
   ASSERT_TRUE(WriteFileAtomically(run.folder.FrameFile("grid", 5, ".prob.png"), "torn").ok());
-  EXPECT_EQ(RunCommandForTest(MakeReportCommand(), {run.folder.path(), "--pictures=3"}).code, 0);
+  EXPECT_THAT(RunCommandForTest(MakeReportCommand(), {run.folder.path(), "--pictures=3"}),
+              Succeeds());
   EXPECT_THAT(*ReadFile(run.folder.File("report.html")), HasSubstr("pictures are missing: "));
 
   std::filesystem::remove_all(run.frames);
-  EXPECT_EQ(RunCommandForTest(MakeReportCommand(), {run.folder.path()}).code, 0);
+  EXPECT_THAT(RunCommandForTest(MakeReportCommand(), {run.folder.path()}), Succeeds());
   EXPECT_THAT(*ReadFile(run.folder.File("report.html")), HasSubstr("no pictures: "));
 }
 

@@ -1,16 +1,14 @@
 #include <signal.h>
 
-#include <chrono>
 #include <filesystem>
 #include <map>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
@@ -26,8 +24,6 @@ using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-constexpr auto kLongestWait = std::chrono::seconds(60);
 
 std::vector<std::string> Lines(const std::string& text) {
   return absl::StrSplit(text, '\n', absl::SkipEmpty());
@@ -48,9 +44,7 @@ class Run : public testing::Test {
   Run() : root_(FreshFolder()), frames_(root_ + "/frames"), out_(root_ + "/out") {}
 
   ProgramOutcome RunIt(const std::vector<std::string>& flags = {}) const {
-    std::vector<std::string> words = {"run", frames_, "-o", out_};
-    words.insert(words.end(), flags.begin(), flags.end());
-    return RunProgram(words);
+    return RunProgram(std::vector<std::string>{"run", frames_, "-o", out_} + flags);
   }
 
   void ExpectAllFiles() const {
@@ -64,10 +58,10 @@ class Run : public testing::Test {
 };
 
 TEST_F(Run, OfAVideoMakesEverythingAndTellsItInFiveLines) {
-  ASSERT_EQ(RunProgram({"synthesize", "--scenario=crossing", "--frames=8", "--width=256",
-                        "--height=144", "--video", "--out=" + root_ + "/made", "--progress=none"})
-                .code,
-            0);
+  ASSERT_THAT(
+      RunProgram({"synthesize", "--scenario=crossing", "--frames=8", "--width=256", "--height=144",
+                  "--video", "--out=" + root_ + "/made", "--progress=none"}),
+      Succeeds());
   frames_ = root_ + "/made/video.mp4";
   const ProgramOutcome first = RunIt();
   ASSERT_EQ(first.code, 0) << first.err;
@@ -85,12 +79,10 @@ TEST_F(Run, OfAVideoMakesEverythingAndTellsItInFiveLines) {
 
 TEST_F(Run, MakesWhatIsMissingAndNothingElse) {
   WritePatchDrive(root_, SmallPatchDrive(6));
-  const ProgramOutcome beginning = RunIt({"--max-frames=4", "--no-video", "-j", "2"});
-  ASSERT_EQ(beginning.code, 0) << beginning.err;
+  ASSERT_THAT(RunIt({"--max-frames=4", "--no-video", "-j", "2"}), Succeeds());
   EXPECT_FALSE(fs::exists(out_ + "/overlay.mp4"));
   EXPECT_FALSE(fs::exists(out_ + "/masks/000005.png"));
-  const ProgramOutcome whole = RunIt();
-  ASSERT_EQ(whole.code, 0) << whole.err;
+  ASSERT_THAT(RunIt(), Succeeds());
   EXPECT_TRUE(fs::exists(out_ + "/masks/000005.png"));
   ExpectAllFiles();
   const auto times = TimesIn(out_);
@@ -106,21 +98,16 @@ TEST_F(Run, MakesWhatIsMissingAndNothingElse) {
 
 TEST_F(Run, GoesOnAfterAKill) {
   WritePatchDrive(root_, SmallPatchDrive(20));
-  ASSERT_EQ(RunIt({"--profile=fast"}).code, 0);
+  ASSERT_THAT(RunIt({"--profile=fast"}), Succeeds());
   const std::string undisturbed = out_;
   for (const char* reached : {"frames.jsonl", "reconstruct.json"}) {
     out_ = root_ + "/killed_after_" + reached;
     const pid_t process = StartProgram({"run", frames_, "-o", out_, "--profile=fast"},
                                        root_ + "/out.txt", root_ + "/err.txt");
-    const auto start = std::chrono::steady_clock::now();
-    while (ReadFile(out_ + "/" + reached).value_or("").empty() &&
-           std::chrono::steady_clock::now() - start < kLongestWait) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    WaitUntil([&] { return !ReadFile(out_ + "/" + reached).value_or("").empty(); });
     kill(process, SIGKILL);
     WaitForProgram(process);
-    const ProgramOutcome resumed = RunIt({"--profile=fast"});
-    EXPECT_EQ(resumed.code, 0) << resumed.err;
+    EXPECT_THAT(RunIt({"--profile=fast"}), Succeeds());
     ExpectAllFiles();
     for (const std::string& folder : {out_, undisturbed}) fs::remove(folder + "/report.html");
     EXPECT_EQ(CompareRuns(undisturbed, out_), "");
@@ -134,8 +121,7 @@ TEST_F(Run, OfPicturesThatDoNotMoveIsMadeAndDoubted) {
                   fs::copy_options::overwrite_existing);
   }
   const ProgramOutcome outcome = RunIt();
-  EXPECT_EQ(outcome.code, 4) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("nothing was learnt"));
+  EXPECT_THAT(outcome, Says(4, "nothing was learnt"));
   EXPECT_THAT(outcome.out, HasSubstr("moved:     nothing, in 5 frames\n"));
   ExpectAllFiles();
   EXPECT_EQ(RunIt().code, 4);  // also where all is done
@@ -150,25 +136,20 @@ TEST_F(Run, RefusesWhatDoesNotFitAndWritesNothing) {
   frames_ = root_ + "/text.mp4";
   EXPECT_EQ(RunIt().code, 3);
   frames_ = "rtsp://camera/stream";
-  const ProgramOutcome stream = RunIt();
-  EXPECT_EQ(stream.code, 2);
-  EXPECT_THAT(stream.err, HasSubstr("egosieve segment"));
+  EXPECT_THAT(RunIt(), Says(2, "egosieve segment"));
   EXPECT_FALSE(fs::exists(out_));
   frames_ = frames;
   out_ = root_ + "/text.mp4";
-  const ProgramOutcome file = RunIt();
-  EXPECT_EQ(file.code, 2);
-  EXPECT_THAT(file.err, HasSubstr("text.mp4 is a file"));
+  EXPECT_THAT(RunIt(), Says(2, "text.mp4 is a file"));
   EXPECT_EQ(*ReadFile(out_), "no video");
   out_ = root_ + "/out";
-  ASSERT_EQ(RunIt({"--max_frames=3"}).code, 0);
+  ASSERT_THAT(RunIt({"--max_frames=3"}), Succeeds());
   const auto times = TimesIn(out_);
   frames_ = out_;
   EXPECT_THAT(RunIt().err, HasSubstr("is a run folder; give the video"));
   frames_ = frames;
   const ProgramOutcome other = RunIt({"--profile=fast"});
-  EXPECT_EQ(other.code, 2);
-  EXPECT_THAT(other.err, HasSubstr("the run in " + out_ + " is another"));
+  EXPECT_THAT(other, Says(2, "the run in " + out_ + " is another"));
   EXPECT_EQ(Lines(other.err).size(), 1u) << other.err;
   EXPECT_EQ(TimesIn(out_), times);
 }

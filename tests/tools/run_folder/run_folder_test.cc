@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
+#include "absl/strings/str_split.h"
+#include "tests/testing/status.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tools/run_folder/folder_lock.h"
@@ -56,13 +56,12 @@ TEST(FrameLine, ALineComesBackAsItWas) {
   line.milliseconds = {{"zeta", 1.5}, {"alpha", 2.5}};
   const std::string text = ToText(line);
   EXPECT_EQ(text.find('\n'), std::string::npos);
-  const absl::StatusOr<FrameLine> read = FrameLineFromText(text);
-  ASSERT_TRUE(read.ok()) << read.status();
-  EXPECT_EQ(ToText(*read), text);
-  EXPECT_EQ(read->points.dropped_by_budget, 102);
-  EXPECT_EQ(read->theta, line.theta);
-  EXPECT_EQ(read->expected_overlap, 0.75);
-  EXPECT_EQ(read->milliseconds, line.milliseconds);
+  const FrameLine read = Value(FrameLineFromText(text));
+  EXPECT_EQ(ToText(read), text);
+  EXPECT_EQ(read.points.dropped_by_budget, 102);
+  EXPECT_EQ(read.theta, line.theta);
+  EXPECT_EQ(read.expected_overlap, 0.75);
+  EXPECT_EQ(read.milliseconds, line.milliseconds);
   EXPECT_THAT(text, HasSubstr("\"reason\":null"));
 }
 
@@ -70,10 +69,9 @@ TEST(FrameLine, NumbersThatAreNotFiniteAndBrokenTextSurvive) {
   FrameLine line;
   line.log_likelihood_per_point = std::numeric_limits<double>::quiet_NaN();
   line.reason = "bad \xff\n\"name\"";
-  const absl::StatusOr<FrameLine> read = FrameLineFromText(ToText(line));
-  ASSERT_TRUE(read.ok()) << read.status();
-  EXPECT_TRUE(std::isnan(read->log_likelihood_per_point));
-  EXPECT_THAT(read->reason, HasSubstr("\"name\""));
+  const FrameLine read = Value(FrameLineFromText(ToText(line)));
+  EXPECT_TRUE(std::isnan(read.log_likelihood_per_point));
+  EXPECT_THAT(read.reason, HasSubstr("\"name\""));
 }
 
 // JSON holds UTF-8 alone.
@@ -112,13 +110,13 @@ TEST(JsonName, NamesOfAnyBytesComeBack) {
 TEST(FrameLine, DamageNamesTheField) {
   nlohmann::ordered_json json = ToJson(FrameLine());
   json["matches"] = "many";
-  EXPECT_THAT(std::string(FrameLineFromJson(json).status().message()), HasSubstr("'matches'"));
+  EXPECT_THAT(FrameLineFromJson(json).status().message(), HasSubstr("'matches'"));
   json = ToJson(FrameLine());
   json.erase("theta");
-  EXPECT_THAT(std::string(FrameLineFromJson(json).status().message()), HasSubstr("'theta'"));
+  EXPECT_THAT(FrameLineFromJson(json).status().message(), HasSubstr("'theta'"));
   json = ToJson(FrameLine());
   json["outcome"] = "lost";
-  EXPECT_THAT(std::string(FrameLineFromJson(json).status().message()), HasSubstr("'lost'"));
+  EXPECT_THAT(FrameLineFromJson(json).status().message(), HasSubstr("'lost'"));
   EXPECT_FALSE(FrameLineFromText("{\"index\":").ok());
   EXPECT_FALSE(FrameLineFromText("[]").ok());
 }
@@ -127,14 +125,12 @@ TEST(MapImage, ValuesComeBackWithinHalfAStep) {
   const std::string path = FreshFolder() + ".png";
   cv::Mat1f values(7, 9);
   for (int i = 0; i < 63; ++i) values(i / 9, i % 9) = static_cast<float>(i) / 62.0f * 4.0f;
-  const absl::StatusOr<EncodedMap> encoded = EncodeMap(values, 4.0);
-  ASSERT_TRUE(encoded.ok());
-  EXPECT_EQ(encoded->saturated, 0);
-  ASSERT_TRUE(WriteFileAtomically(path, encoded->png).ok());
-  const absl::StatusOr<cv::Mat1f> read = ReadMap(path, values.size(), 4.0);
-  ASSERT_TRUE(read.ok()) << read.status();
+  const EncodedMap encoded = Value(EncodeMap(values, 4.0));
+  EXPECT_EQ(encoded.saturated, 0);
+  ASSERT_TRUE(WriteFileAtomically(path, encoded.png).ok());
+  const cv::Mat1f read = Value(ReadMap(path, values.size(), 4.0));
   // Half a step of 4 / 65535, and the rounding of a float of size 4.
-  EXPECT_LE(cv::norm(values, *read, cv::NORM_INF), 4.0 / 131070 + 4.0 * 0x1p-23);
+  EXPECT_LE(cv::norm(values, read, cv::NORM_INF), 4.0 / 131070 + 4.0 * 0x1p-23);
   EXPECT_EQ(ReadMap(path, cv::Size(8, 7), 4.0).status().code(), absl::StatusCode::kDataLoss);
   values(3, 3) = 5.0f;
   EXPECT_EQ(EncodeMap(values, 4.0)->saturated, 1);
@@ -150,26 +146,22 @@ TEST(MapImage, ATruncatedFileIsDataLoss) {
     const absl::Status status =
         run.folder.ReadGridMaps(run.folder.ReadLines()->at(1), run.description, false).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
-    EXPECT_THAT(std::string(status.message()), HasSubstr(path));
+    EXPECT_THAT(status.message(), HasSubstr(path));
   }
 }
 
 TEST(RunFolder, WhatIsWrittenIsRead) {
   const FakeRun run = WriteFakeRun(FreshFolder());
-  const absl::StatusOr<RunFolder> opened = RunFolder::Open(run.folder.path());
-  ASSERT_TRUE(opened.ok());
-  const absl::StatusOr<RunDescription> description = opened->ReadDescription();
-  ASSERT_TRUE(description.ok()) << description.status();
-  EXPECT_EQ(ToText(*description), ToText(run.description));
-  EXPECT_EQ(description->grid.columns(), 20);
-  const auto lines = opened->ReadLines();
-  ASSERT_TRUE(lines.ok()) << lines.status();
-  ASSERT_EQ(lines->size(), 6u);
-  EXPECT_EQ((*lines)[4].reason, "7 matches; 8 are needed");
-  const auto maps = opened->ReadGridMaps((*lines)[2], *description, true);
-  ASSERT_TRUE(maps.ok());
-  EXPECT_EQ(maps->probability.size(), cv::Size(20, 14));
-  EXPECT_NEAR(maps->deviation(0, 0), 0.4, 4.0 / 131070 + 1e-7);
+  const RunFolder opened = Value(RunFolder::Open(run.folder.path()));
+  const RunDescription description = Value(opened.ReadDescription());
+  EXPECT_EQ(ToText(description), ToText(run.description));
+  EXPECT_EQ(description.grid.columns(), 20);
+  const auto lines = Value(opened.ReadLines());
+  ASSERT_EQ(lines.size(), 6u);
+  EXPECT_EQ(lines[4].reason, "7 matches; 8 are needed");
+  const auto maps = Value(opened.ReadGridMaps(lines[2], description, true));
+  EXPECT_EQ(maps.probability.size(), cv::Size(20, 14));
+  EXPECT_NEAR(maps.deviation(0, 0), 0.4, 4.0 / 131070 + 1e-7);
 }
 
 std::set<std::string> NamesBelow(const std::string& path) {
@@ -189,24 +181,14 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   EXPECT_EQ(RunFolder::Create(path, false).status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_THAT(std::string(RunFolder::Create(path, false).status().message()),
               HasSubstr("--overwrite"));
-  const std::vector<std::string> derived = {"full/000001.prob.png",
-                                            "full/000001.objects.json",
-                                            "render/000001.png",
-                                            "report.html",
-                                            "report.html.abcdef.egosieve.tmp",
-                                            "overlay.mp4",
-                                            "overlay.mp4.abcdef.egosieve.tmp.mp4",
-                                            "eval.json",
-                                            "eval.csv",
-                                            "model/000003.npz",
-                                            "model/000003.npz.abcdef.egosieve.tmp",
-                                            "model/1000000.npz",
-                                            "frames.jsonl.abcdef.egosieve.tmp",
-                                            "grid/000001.prob.png.abcdef.egosieve.tmp",
-                                            "run.json.abcdef.egosieve.tmp",
-                                            "log/1-host-2.jsonl",
-                                            "plots/index.html",
-                                            "plots/roc.svg"};
+  const std::vector<std::string> derived = absl::StrSplit(
+      "full/000001.prob.png full/000001.objects.json render/000001.png report.html "
+      "report.html.abcdef.egosieve.tmp overlay.mp4 overlay.mp4.abcdef.egosieve.tmp.mp4 "
+      "eval.json eval.csv model/000003.npz model/000003.npz.abcdef.egosieve.tmp "
+      "model/1000000.npz frames.jsonl.abcdef.egosieve.tmp "
+      "grid/000001.prob.png.abcdef.egosieve.tmp run.json.abcdef.egosieve.tmp "
+      "log/1-host-2.jsonl plots/index.html plots/roc.svg",
+      ' ');
   for (const std::string& name : derived) {
     std::filesystem::create_directories(std::filesystem::path(path + "/" + name).parent_path());
     std::ofstream(path + "/" + name) << "old";
@@ -255,8 +237,7 @@ TEST(RunFolder, LocksAreHeldOnFilesThatStay) {
   const std::string path = run.folder.path(), file = path + "/.write.lock";
   struct stat before = {}, after = {};
   {
-    const auto lock = FolderLock::Take(path);
-    ASSERT_TRUE(lock.ok()) << lock.status();
+    const auto lock = Value(FolderLock::Take(path));
     ASSERT_EQ(stat(file.c_str(), &before), 0);
     const int other = open(file.c_str(), O_RDWR | O_CLOEXEC);
     EXPECT_NE(flock(other, LOCK_EX | LOCK_NB), 0);
@@ -275,9 +256,8 @@ TEST(RunFolder, LocksAreHeldOnFilesThatStay) {
 TEST(RunFolder, NoLockIsLeftInTheFolderOfAnother) {
   const std::string root = FreshFolder();
   std::ofstream(root + "/mine") << "mine";
-  const auto lock = RunFolder::TakeOrMake(root);
-  ASSERT_TRUE(lock.ok()) << lock.status();
-  EXPECT_FALSE(lock->has_value());
+  const auto lock = Value(RunFolder::TakeOrMake(root));
+  EXPECT_FALSE(lock.has_value());
   EXPECT_THAT(NamesBelow(root), testing::ElementsAre("mine"));
   EXPECT_TRUE((*RunFolder::TakeOrMake(root + "/new")).has_value());
   EXPECT_TRUE(RunFolder::Create(root + "/new", false).ok());
@@ -293,10 +273,9 @@ TEST(RunFolder, LinesAreThoseOfAllLogs) {
   later.dynamic_share = 0.7;
   behind.index = 9;
   {
-    absl::StatusOr<LineLog> log = run.folder.OpenMapLog();
-    ASSERT_TRUE(log.ok()) << log.status();
+    LineLog log = Value(run.folder.OpenMapLog());
     for (const FrameLine& line : {later, without, behind}) {
-      ASSERT_TRUE(log->Append(ToText(line)).ok());
+      ASSERT_TRUE(log.Append(ToText(line)).ok());
     }
   }
   lines = *run.folder.ReadLines();
@@ -330,10 +309,9 @@ TEST(RunFolder, DamageIsReportedWithItsPlace) {
   std::ofstream(log) << text << "{\"index\": 6, \"ti";
   EXPECT_EQ(run.folder.ReadLines()->size(), 6u);
   std::ofstream(log) << text << "rubbish\n";
-  EXPECT_THAT(std::string(run.folder.ReadLines().status().message()), HasSubstr("line 7"));
+  EXPECT_THAT(run.folder.ReadLines().status().message(), HasSubstr("line 7"));
   std::ofstream(log) << text << text;
-  EXPECT_THAT(std::string(run.folder.ReadLines().status().message()),
-              HasSubstr("frame 0 comes after frame 5"));
+  EXPECT_THAT(run.folder.ReadLines().status().message(), HasSubstr("frame 0 comes after frame 5"));
 
   std::ofstream(run.folder.File("run.json"))
       << "{\"format\": \"egosieve run\", \"format_version\": 99}";

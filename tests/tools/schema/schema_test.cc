@@ -2,7 +2,6 @@
 // skipped where that is absent.
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>

@@ -8,22 +8,19 @@
 #include <atomic>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/videoio.hpp>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
-#include "gtest/gtest.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
 namespace {
-
-using ::testing::HasSubstr;
 
 constexpr int kFrames = 600;  // more than are read before the end is asked for
 constexpr int kWanted = 5, kShort = 6;
@@ -82,22 +79,16 @@ class Stream : public testing::Test {
 
   // Of the first frames of one drive.
   std::string Video(int frames) const {
-    const PatchDriveOptions drive = SmallPatchDrive(kFrames);
     const std::string path = root_ + "/drive.avi";
-    cv::VideoWriter video(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10,
-                          cv::Size(drive.width_pixels, drive.height_pixels));
-    EXPECT_TRUE(video.isOpened());
-    for (int i = 0; i < frames; ++i) video.write(PatchFrame(drive, i));
-    video.release();
+    WritePatchVideo(path, SmallPatchDrive(kFrames), frames);
     return *ReadFile(path);
   }
 
   std::vector<std::string> Segment(const std::string& address,
                                    const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> words = {"segment",      address,      "--out=" + run_,
-                                      "--budget=100", "--stride=8", "--progress=none"};
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
+    return std::vector<std::string>{"segment",      address,      "--out=" + run_,
+                                    "--budget=100", "--stride=8", "--progress=none"} +
+           more;
   }
 
   std::string root_, run_;
@@ -108,7 +99,7 @@ TEST_F(Stream, IsSegmentedAsItComesUntilItsReaderEndsIt) {
   const pid_t program =
       StartProgram(Segment(sender.address(), {"--record"}), root_ + "/out.txt", root_ + "/err.txt");
   const std::string wanted = run_ + absl::StrFormat("/grid/%06d.prob.png", kWanted - 1);
-  for (int i = 0; i < 60000 && !std::filesystem::exists(wanted); ++i) usleep(1000);
+  WaitUntil([&] { return std::filesystem::exists(wanted); });
   kill(program, SIGINT);
   EXPECT_EQ(WaitForProgram(program), 0) << *ReadFile(root_ + "/err.txt");
   EXPECT_EQ(sender.connections(), 1);  // nothing was read twice
@@ -124,29 +115,25 @@ TEST_F(Stream, IsSegmentedAsItComesUntilItsReaderEndsIt) {
                 static_cast<double>(first.total() * 3),
             10.0);
   // What was recorded is what follows reads.
-  EXPECT_EQ(RunProgram({"refine", run_, "--progress=none"}).code, 0);
+  EXPECT_THAT(RunProgram({"refine", run_, "--progress=none"}), Succeeds());
   EXPECT_TRUE(std::filesystem::exists(folder.FrameFile("masks", kWanted - 1, ".png")));
 }
 
 TEST_F(Stream, ThatIsNotRecordedIsGone) {
   const Sender sender(Video(kShort));
-  ASSERT_EQ(RunProgram(Segment(sender.address())).code, 0);
+  ASSERT_THAT(RunProgram(Segment(sender.address())), Succeeds());
   EXPECT_EQ(RunFolder::Open(run_)->ReadLines()->size(), static_cast<size_t>(kShort));
-  const ProgramOutcome outcome = RunProgram({"refine", run_, "--progress=none"});
-  EXPECT_EQ(outcome.code, 3);
-  EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("give its recording"));
+  EXPECT_THAT(RunProgram({"refine", run_, "--progress=none"}),
+              EndsWithLine(3, "give its recording"));
   EXPECT_EQ(sender.connections(), 1);
   for (const char* flag : {"--resume", "--from=3", "--ahead=2"}) {
-    const ProgramOutcome refused = RunProgram(Segment(sender.address(), {flag}));
-    EXPECT_EQ(refused.code, 2) << flag;
-    EXPECT_THAT(refused.err, HasSubstr("a stream is read once, as it comes"));
+    EXPECT_THAT(RunProgram(Segment(sender.address(), {flag})),
+                Says(2, "a stream is read once, as it comes"))
+        << flag;
   }
   run_ = root_ + "/nothing";
-  const ProgramOutcome nobody = RunProgram(Segment("tcp://me:secret@127.0.0.1:1"));
-  EXPECT_EQ(nobody.code, 3);
-  EXPECT_EQ(CountLines(nobody.err), 1) << nobody.err;
-  EXPECT_THAT(nobody.err, HasSubstr("tcp://127.0.0.1:1: no stream that FFmpeg can open"));
+  EXPECT_THAT(RunProgram(Segment("tcp://me:secret@127.0.0.1:1")),
+              EndsWithLine(3, "tcp://127.0.0.1:1: no stream that FFmpeg can open"));
   EXPECT_FALSE(std::filesystem::exists(run_));
 }
 

@@ -5,8 +5,7 @@
 //   root/run                 a run folder: p as the options say, at grid pixels; frame 0 has the
 //   prior (0.5); the frame before the
 //                            last was not learnt from
-#ifndef EGOSIEVE_TESTS_TOOLS_TESTING_FAKE_RUN_H_
-#define EGOSIEVE_TESTS_TOOLS_TESTING_FAKE_RUN_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <string>
@@ -38,5 +37,3 @@ FakeRun WriteFakeRun(const std::string& root, const FakeRunOptions& options = {}
 cv::Mat1b FakeMask(const FakeRunOptions& options, int index);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TESTS_TOOLS_TESTING_FAKE_RUN_H_

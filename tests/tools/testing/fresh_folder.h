@@ -1,6 +1,5 @@
 // A folder of the current test's own.
-#ifndef EGOSIEVE_TESTS_TOOLS_TESTING_FRESH_FOLDER_H_
-#define EGOSIEVE_TESTS_TOOLS_TESTING_FRESH_FOLDER_H_
+#pragma once
 
 #include <filesystem>
 #include <string>
@@ -19,5 +18,3 @@ inline std::string FreshFolder() {
 }
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TESTS_TOOLS_TESTING_FRESH_FOLDER_H_

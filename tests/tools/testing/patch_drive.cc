@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
 #include <random>
 
 #include "absl/strings/str_format.h"
@@ -61,6 +62,13 @@ void WritePatchDrive(const std::string& root, const PatchDriveOptions& options) 
     cv::imwrite(root + "/frames" + name, PatchFrame(options, index));
     cv::imwrite(root + "/masks" + name, PatchMask(options, index));
   }
+}
+
+void WritePatchVideo(const std::string& path, const PatchDriveOptions& options, int frames) {
+  cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10,
+                         cv::Size(options.width_pixels, options.height_pixels));
+  CV_Assert(writer.isOpened());
+  for (int i = 0; i < frames; ++i) writer.write(PatchFrame(options, i));
 }
 
 }  // namespace egosieve::tools

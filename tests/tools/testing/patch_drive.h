@@ -1,8 +1,7 @@
 // A drive that is easy by construction: a textured plane slides past the camera, and a textured
 // square slides the other way over it and starts again at the left when it has crossed. A
 // homography explains the plane exactly.
-#ifndef EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_
-#define EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_
+#pragma once
 
 #include <opencv2/core.hpp>
 #include <string>
@@ -24,6 +23,7 @@ cv::Mat1b PatchMask(const PatchDriveOptions& options, int index);
 // root/frames/NNNNNN.png and root/masks/NNNNNN.png; replaces what lies at `root`.
 void WritePatchDrive(const std::string& root, const PatchDriveOptions& options = {});
 
-}  // namespace egosieve::tools
+// The first `frames` as a video of JPEGs, ten a second.
+void WritePatchVideo(const std::string& path, const PatchDriveOptions& options, int frames);
 
-#endif  // EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_
+}  // namespace egosieve::tools

@@ -1,10 +1,13 @@
 #include "tests/tools/testing/program.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <climits>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -79,9 +82,40 @@ ProgramOutcome RunEvaluation(const std::vector<std::string>& arguments) {
   return Run("tools/evaluate/egosieve-eval", arguments);
 }
 
+bool Catches(pid_t process, int signal) {
+  const std::string status = Contents("/proc/" + std::to_string(process) + "/status");
+  const size_t place = status.find("SigCgt:");
+  return place != std::string::npos &&
+         (std::stoull(status.substr(place + 7), nullptr, 16) >> (signal - 1) & 1) != 0;
+}
+
 int CountLines(const std::string& text) {
   const int breaks = static_cast<int>(std::count(text.begin(), text.end(), '\n'));
   return breaks + (!text.empty() && text.back() != '\n');
+}
+
+// Both ends, so that it opens without waiting and no write finds it without a reader.
+FullPipe::FullPipe(const std::string& path)
+    : descriptor_(mkfifo(path.c_str(), 0600) == 0
+                      ? open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)
+                      : -1) {
+  EXPECT_GE(descriptor_, 0) << path;
+  constexpr std::array<char, PIPE_BUF> kZeros{};
+  while (write(descriptor_, kZeros.data(), kZeros.size()) > 0) {
+  }
+}
+
+FullPipe::~FullPipe() { close(descriptor_); }
+
+std::string FullPipe::Empty() {
+  std::string text;
+  std::array<char, PIPE_BUF> part;
+  ssize_t bytes = 0;
+  while ((bytes = read(descriptor_, part.data(), part.size())) > 0) {
+    text.append(part.data(), static_cast<size_t>(bytes));
+  }
+  std::erase(text, '\0');
+  return text;
 }
 
 }  // namespace egosieve::tools

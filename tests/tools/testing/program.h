@@ -1,8 +1,8 @@
 // Runs the program as a user does: a process of its own, its output and exit code kept.
-#ifndef EGOSIEVE_TESTS_TOOLS_TESTING_PROGRAM_H_
-#define EGOSIEVE_TESTS_TOOLS_TESTING_PROGRAM_H_
+#pragma once
 
 #include <sys/types.h>
+#include <unistd.h>
 
 #include <string>
 #include <vector>
@@ -26,9 +26,41 @@ pid_t StartProgram(const std::vector<std::string>& arguments, const std::string&
                    const std::string& err_path);
 int WaitForProgram(pid_t process);
 
+// Whether the process has a handler for the signal.
+bool Catches(pid_t process, int signal);
+
+// Looks every millisecond, for a minute at most: a program may have crashed.
+template <typename Condition>
+bool WaitUntil(const Condition& condition) {
+  for (int i = 0; i < 60000 && !condition(); ++i) usleep(1000);
+  return condition();
+}
+
+inline std::vector<std::string> operator+(std::vector<std::string> words,
+                                          const std::vector<std::string>& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+// A named pipe that is full: a program whose output goes to it waits at its first write, so that it
+// cannot end before a test has done what it wants to do.
+class FullPipe {
+ public:
+  // Makes the pipe at `path`, where nothing may be, and fills it.
+  explicit FullPipe(const std::string& path);
+  ~FullPipe();
+  FullPipe(const FullPipe&) = delete;
+  FullPipe& operator=(const FullPipe&) = delete;
+
+  // Takes what is in the pipe, without waiting. What it was filled with is left out. From the first
+  // call on the program goes on.
+  std::string Empty();
+
+ private:
+  int descriptor_;
+};
+
 // What `text` has of lines, the last of which may lack its line break.
 int CountLines(const std::string& text);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TESTS_TOOLS_TESTING_PROGRAM_H_

@@ -1,8 +1,6 @@
 // Runs one command as the program would.
-#ifndef EGOSIEVE_TESTS_TOOLS_TESTING_RUN_COMMAND_H_
-#define EGOSIEVE_TESTS_TOOLS_TESTING_RUN_COMMAND_H_
+#pragma once
 
-#include <filesystem>
 #include <memory>
 #include <sstream>
 #include <string>
@@ -29,5 +27,3 @@ inline CommandOutcome RunCommandForTest(std::unique_ptr<Command> command,
 }
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TESTS_TOOLS_TESTING_RUN_COMMAND_H_

@@ -1,6 +1,5 @@
 // Two run folders of the same drive, compared byte for byte.
-#ifndef EGOSIEVE_TESTS_TOOLS_TESTING_RUN_COMPARISON_H_
-#define EGOSIEVE_TESTS_TOOLS_TESTING_RUN_COMPARISON_H_
+#pragma once
 
 #include <string>
 
@@ -11,5 +10,3 @@ namespace egosieve::tools {
 std::string CompareRuns(const std::string& a, const std::string& b);
 
 }  // namespace egosieve::tools
-
-#endif  // EGOSIEVE_TESTS_TOOLS_TESTING_RUN_COMPARISON_H_

@@ -4,8 +4,8 @@
 #include <limits>
 #include <string>
 
-#include "gtest/gtest.h"
 #include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::tune {
 namespace {
@@ -34,13 +34,11 @@ TEST(Tune, KeepsTheFastestShape) {
   options.progress = [&](const std::string& line) {
     fastest = std::min(fastest, Milliseconds(line));
   };
-  const auto result = Tune(options);
-  ASSERT_TRUE(result.ok()) << result.status();
+  const auto result = Value(Tune(options));
   // Lines have three digits behind the point.
-  EXPECT_NEAR(1e3 * result->mean_seconds_after,
-              std::min(fastest, 1e3 * result->mean_seconds_before), 5.1e-4);
-  EXPECT_EQ(result->after == result->before,
-            result->mean_seconds_after == result->mean_seconds_before);
+  EXPECT_NEAR(1e3 * result.mean_seconds_after, std::min(fastest, 1e3 * result.mean_seconds_before),
+              5.1e-4);
+  EXPECT_EQ(result.after == result.before, result.mean_seconds_after == result.mean_seconds_before);
 }
 
 // Nothing is a hundred times as fast.
@@ -49,9 +47,8 @@ TEST(Tune, ChangesNothingForLessThanTheLeastGain) {
   TuneOptions options = SmallSearch();
   options.least_gain = 0.99;
   options.fields = {"mean_width"};
-  const auto result = Tune(options);
-  ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->after, result->before);
+  const auto result = Value(Tune(options));
+  EXPECT_EQ(result.after, result.before);
 }
 
 TEST(Tune, TimesEveryCandidateOfTheFields) {
@@ -59,14 +56,13 @@ TEST(Tune, TimesEveryCandidateOfTheFields) {
   TuneOptions options = SmallSearch();
   int lines = 0;
   options.progress = [&](const std::string& line) { lines += line.empty() ? 0 : 1; };
-  const auto result = Tune(options);
-  ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_TRUE(result->after.Validate().ok());
-  EXPECT_EQ(result->shapes_timed, 3 + 5);  // all candidates but those that hold already
-  EXPECT_EQ(result->after.panel, result->before.panel);
-  EXPECT_EQ(result->shapes_dropped, 0);
-  EXPECT_EQ(lines, result->shapes_timed);
-  EXPECT_FALSE(result->device.empty());
+  const auto result = Value(Tune(options));
+  EXPECT_TRUE(result.after.Validate().ok());
+  EXPECT_EQ(result.shapes_timed, 3 + 5);  // all candidates but those that hold already
+  EXPECT_EQ(result.after.panel, result.before.panel);
+  EXPECT_EQ(result.shapes_dropped, 0);
+  EXPECT_EQ(lines, result.shapes_timed);
+  EXPECT_FALSE(result.device.empty());
 }
 
 TEST(Tune, SearchesTilesInLocalMemory) {
@@ -79,13 +75,12 @@ TEST(Tune, SearchesTilesInLocalMemory) {
   options.begin->mean_width = 1;
   options.begin->work_group = 16;
   options.fields = {"depth"};
-  const auto result = Tune(options);
-  ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->before, *options.begin);
-  EXPECT_EQ(result->after.local_tiles, 1);
+  const auto result = Value(Tune(options));
+  EXPECT_EQ(result.before, *options.begin);
+  EXPECT_EQ(result.after.local_tiles, 1);
   // 8; 16 holds already, and 32 does not divide the block of 16 rows.
-  EXPECT_EQ(result->shapes_timed, 1);
-  EXPECT_EQ(result->shapes_dropped, 0);
+  EXPECT_EQ(result.shapes_timed, 1);
+  EXPECT_EQ(result.shapes_dropped, 0);
 }
 
 TEST(Tune, TheReferenceIsRefused) {
@@ -97,10 +92,10 @@ TEST(Tune, TheReferenceIsRefused) {
 TEST(Tune, BadOptionsAreNamed) {
   TuneOptions options = SmallSearch();
   options.repeats = 0;
-  EXPECT_NE(Tune(options).status().message().find("repeats = 0"), std::string::npos);
+  EXPECT_THAT(Tune(options).status().message(), testing::HasSubstr("repeats = 0"));
   options = SmallSearch();
   options.least_gain = 1.5;
-  EXPECT_NE(Tune(options).status().message().find("least_gain = 1.5"), std::string::npos);
+  EXPECT_THAT(Tune(options).status().message(), testing::HasSubstr("least_gain = 1.5"));
   options = SmallSearch();
   options.device = "no such device";
   EXPECT_EQ(Tune(options).status().code(), absl::StatusCode::kNotFound);

@@ -1,9 +1,9 @@
 #include "vision/descriptor/frame_descriptor.h"
 
-#include <gtest/gtest.h>
-
 #include <random>
 #include <vector>
+
+#include "tests/testing/status.h"
 
 namespace egosieve::vision {
 namespace {
@@ -35,13 +35,12 @@ TEST(FrameDescriptor, PositionsAndGridAgreeBitForBit) {
       positions.push_back(grid.y_pixels(row));
     }
   }
-  const auto field = DescribeGrid(*context, frame, grid);
-  const auto points = DescribePositions(
-      *context, frame, kernels::ConstMatrixView<double>(positions.data(), grid.size(), 2));
-  ASSERT_TRUE(field.ok() && points.ok()) << field.status() << points.status();
-  EXPECT_EQ(*field, *points);
-  ASSERT_EQ(field->size(), static_cast<size_t>(6 * grid.size()));
-  EXPECT_FLOAT_EQ((*field)[0], -1.0F) << "u of the left border";
+  const auto field = Value(DescribeGrid(*context, frame, grid));
+  const auto points = Value(DescribePositions(
+      *context, frame, kernels::ConstMatrixView<double>(positions.data(), grid.size(), 2)));
+  EXPECT_EQ(field, points);
+  ASSERT_EQ(field.size(), static_cast<size_t>(6 * grid.size()));
+  EXPECT_FLOAT_EQ(field[0], -1.0F) << "u of the left border";
 }
 
 // A cut-out shares its parent's rows: the stride must be honoured.

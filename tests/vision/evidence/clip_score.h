@@ -1,6 +1,5 @@
 // Evidence scored at labelled tracks: how well the probability tells movers from the rest.
-#ifndef EGOSIEVE_TESTS_VISION_EVIDENCE_CLIP_SCORE_H_
-#define EGOSIEVE_TESTS_VISION_EVIDENCE_CLIP_SCORE_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -32,5 +31,3 @@ absl::StatusOr<ClipScore> ScoreClip(const LabelledClip& clip,
                                     const EvidenceOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_EVIDENCE_CLIP_SCORE_H_

@@ -1,10 +1,8 @@
 // Clips with labelled point tracks (KT3DMoSeg; see the data's README): the clip's own features
 // tracked by the library, from which motion is estimated, and beside them the labelled tracks, at
 // which evidence is scored.
-#ifndef EGOSIEVE_TESTS_VISION_EVIDENCE_LABELLED_CLIP_H_
-#define EGOSIEVE_TESTS_VISION_EVIDENCE_LABELLED_CLIP_H_
+#pragma once
 
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -33,5 +31,3 @@ absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory, int 
 double AreaUnderCurve(const std::vector<double>& positives, const std::vector<double>& negatives);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_EVIDENCE_LABELLED_CLIP_H_

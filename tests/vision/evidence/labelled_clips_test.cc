@@ -1,8 +1,8 @@
-#include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <string>
 
+#include "tests/testing/status.h"
 #include "tests/vision/evidence/clip_score.h"
 
 namespace egosieve::vision {
@@ -22,23 +22,19 @@ TEST(LabelledClips, AllEvidenceTellsMoversFromTheRest) {
   constexpr int kGap = 2, kFrames = 11;
   double mean = 0.0, mean_epipolar = 0.0, calibration = 0.0;
   for (const char* name : {"Seq005_Clip01", "Seq013_Clip02", "Seq028_Clip01"}) {
-    const auto clip = LoadLabelledClip(std::string(data) + "/kt3dmoseg/" + name, kFrames);
-    ASSERT_TRUE(clip.ok()) << clip.status();
-    const auto motions = FundamentalsOf(*clip, kGap);
-    ASSERT_TRUE(motions.ok()) << motions.status();
-    const auto all = ScoreClip(*clip, *motions, kGap, EvidenceOptions());
-    const auto epipolar = ScoreClip(*clip, *motions, kGap, EpipolarAlone());
-    ASSERT_TRUE(all.ok()) << all.status();
-    ASSERT_TRUE(epipolar.ok()) << epipolar.status();
-    EXPECT_GT(all->auc, epipolar->auc) << name;
-    EXPECT_GT(all->auc, 0.95) << name;
-    mean += all->auc / 3;
-    mean_epipolar += epipolar->auc / 3;
-    calibration += all->calibration_error / 3;
+    const auto clip = Value(LoadLabelledClip(std::string(data) + "/kt3dmoseg/" + name, kFrames));
+    const auto motions = Value(FundamentalsOf(clip, kGap));
+    const auto all = Value(ScoreClip(clip, motions, kGap, EvidenceOptions()));
+    const auto epipolar = Value(ScoreClip(clip, motions, kGap, EpipolarAlone()));
+    EXPECT_GT(all.auc, epipolar.auc) << name;
+    EXPECT_GT(all.auc, 0.95) << name;
+    mean += all.auc / 3;
+    mean_epipolar += epipolar.auc / 3;
+    calibration += all.calibration_error / 3;
     for (const double share : {0.58, 1.2}) {  // 0.58: the true one
       EvidenceOptions options;
-      options.focal_pixels = share * clip->size.width;
-      EXPECT_NEAR(ScoreClip(*clip, *motions, kGap, options)->auc, all->auc, 0.01)
+      options.focal_pixels = share * clip.size.width;
+      EXPECT_NEAR(ScoreClip(clip, motions, kGap, options)->auc, all.auc, 0.01)
           << name << " " << share;
     }
   }

@@ -3,7 +3,6 @@
 // mean over the frames. EGOSIEVE_DATA names the data.
 #include <cstdio>
 #include <cstdlib>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>

@@ -1,12 +1,10 @@
 // A street of points seen by a camera on a car: exact places in every frame, with noise on request.
-#ifndef EGOSIEVE_TESTS_VISION_EVIDENCE_POINT_STREET_H_
-#define EGOSIEVE_TESTS_VISION_EVIDENCE_POINT_STREET_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <opencv2/core.hpp>
 #include <random>
 #include <vector>
@@ -143,5 +141,3 @@ inline Eigen::Matrix3d FundamentalOfInventedTravel(StreetOptions options,
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_EVIDENCE_POINT_STREET_H_

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <utility>
 #include <vector>
 
 #include "tests/vision/evidence/road_view.h"
@@ -23,12 +24,23 @@ double ShareAbove(const View& view, const std::vector<double>& ratios, What what
   return above / count;
 }
 
+struct RoadSeen {
+  View view;
+  std::vector<InverseDepth> depths;
+  RoadPlane road;
+};
+
+RoadSeen LookAt(View view) {
+  RoadSeen seen{std::move(view), {}, {}};
+  seen.depths = InverseDepths(seen.view.camera, seen.view.pose, seen.view.pairs);
+  seen.road = FitRoad(seen.depths, {}, 1);
+  EXPECT_TRUE(seen.road.found);
+  return seen;
+}
+
 TEST(RoadContact, TellsCarsAheadAndOncomingFromParkedOnes) {
   for (const double noise : {0.0, 0.1}) {
-    const View view = MakeView(noise);
-    const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-    const RoadPlane road = FitRoad(depths, {}, 1);
-    ASSERT_TRUE(road.found);
+    auto [view, depths, road] = LookAt(MakeView(noise));
     const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
     EXPECT_GT(ShareAbove(view, ratios, What::kAhead, 2.0), 0.8) << noise;
     EXPECT_GT(ShareAbove(view, ratios, What::kOncoming, 2.0), 0.8) << noise;
@@ -37,6 +49,15 @@ TEST(RoadContact, TellsCarsAheadAndOncomingFromParkedOnes) {
     EXPECT_LT(ShareAbove(view, ratios, What::kHouse, 1.0), 0.01) << noise;
     EXPECT_EQ(ShareAbove(view, ratios, What::kSky, 1.0), 0.0) << noise;
   }
+}
+
+// Gives point i the motion of what is so far away, in metres, and comes nearer by so many.
+void Approach(double depth, double approach, size_t i, View& view) {
+  const Eigen::Vector3d ray = view.camera.Ray(view.places[i].x, view.places[i].y);
+  const Eigen::Vector2d place =
+      view.camera.Project(depth * ray + approach * Eigen::Vector3d::UnitZ());
+  view.pairs[i].x1 = place(0);
+  view.pairs[i].y1 = place(1);
 }
 
 // Beneath the car that comes, three places of road get its motion, as from smooth flow.
@@ -48,11 +69,7 @@ View WithBleedingFlow(std::vector<bool>& is_carried) {
     if (view.what[i] != What::kOncoming || view.what[i + columns] != What::kRoad) continue;
     for (size_t k = 1; k <= 3; ++k) {
       const size_t road = i + k * columns;
-      const Eigen::Vector3d ray = view.camera.Ray(view.places[road].x, view.places[road].y);
-      const Eigen::Vector2d place =
-          view.camera.Project(15.0 * ray + 2.0 * kTravel * Eigen::Vector3d::UnitZ());
-      view.pairs[road].x1 = place(0);
-      view.pairs[road].y1 = place(1);
+      Approach(15.0, 2.0 * kTravel, road, view);
       is_carried[road] = true;
     }
   }
@@ -62,9 +79,7 @@ View WithBleedingFlow(std::vector<bool>& is_carried) {
 TEST(RoadContact, FlowThatIsCarriedOverTheRoadDoesNotHideTheContact) {
   std::vector<bool> is_carried;
   const View view = WithBleedingFlow(is_carried);
-  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-  const RoadPlane road = FitRoad(depths, {}, 1);
-  ASSERT_TRUE(road.found);
+  auto [shown, depths, road] = LookAt(view);
   const auto blind = RoadLogRatios(road, depths, view.places, kImage, nullptr);
   for (size_t i = 0; i < depths.size(); ++i) {
     depths[i].against_road = view.what[i] == What::kRoad ? (is_carried[i] ? -5.0 : 0.0) : 20.0;
@@ -78,10 +93,7 @@ TEST(RoadContact, FlowThatIsCarriedOverTheRoadDoesNotHideTheContact) {
 }
 
 TEST(RoadContact, ColumnsWithoutAContactFollowTheRestOfTheSurface) {
-  const View view = MakeView(0.1);
-  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-  const RoadPlane road = FitRoad(depths, {}, 1);
-  ASSERT_TRUE(road.found);
+  auto [view, depths, road] = LookAt(MakeView(0.1));
   // Nothing was measured below the right third of the car.
   for (size_t i = 0; i < depths.size(); ++i) {
     const double across = depths[i].ray(0);
@@ -92,10 +104,7 @@ TEST(RoadContact, ColumnsWithoutAContactFollowTheRestOfTheSurface) {
 }
 
 TEST(RoadContact, OneColumnWithAWrongContactDoesNotMarkTheSurface) {
-  const View view = MakeView(0.1);
-  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-  const RoadPlane road = FitRoad(depths, {}, 1);
-  ASSERT_TRUE(road.found);
+  auto [view, depths, road] = LookAt(MakeView(0.1));
   constexpr float kColumn = 162.0f;
   // There, the lower part of the parked car passes for road.
   for (size_t i = 0; i < depths.size(); ++i) {
@@ -118,15 +127,10 @@ TEST(RoadContact, ASurfaceTallerThanAVehicleIsNotMarked) {
     for (size_t i = 0; i < view.pairs.size(); ++i) {
       const Eigen::Vector3d ray = view.camera.Ray(view.places[i].x, view.places[i].y);
       if (!(ray(0) > 0.2 && ray(0) < 0.35 && ray(1) > top && ray(1) < 0.0)) continue;
-      const Eigen::Vector2d place =
-          view.camera.Project(15.0 * ray + 2.0 * kTravel * Eigen::Vector3d::UnitZ());
-      view.pairs[i].x1 = place(0);
-      view.pairs[i].y1 = place(1);
+      Approach(15.0, 2.0 * kTravel, i, view);
       view.what[i] = What::kOncoming;
     }
-    const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-    const RoadPlane road = FitRoad(depths, {}, 1);
-    ASSERT_TRUE(road.found);
+    const auto [shown, depths, road] = LookAt(view);
     const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
     const double share = ShareAbove(view, ratios, What::kOncoming, 1.0);
     if (top > -0.15) {
@@ -138,10 +142,7 @@ TEST(RoadContact, ASurfaceTallerThanAVehicleIsNotMarked) {
 }
 
 TEST(RoadContact, ACarIsMarkedThoughFlowIsSmoothBetweenItAndTheHouse) {
-  const View view = MakeView(0.1);
-  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-  const RoadPlane road = FitRoad(depths, {}, 1);
-  ASSERT_TRUE(road.found);
+  auto [view, depths, road] = LookAt(MakeView(0.1));
   constexpr double kCar = 2.0 * kTravel / 15.0, kHouse = kTravel / 60.0;
   constexpr int kSmeared = 3;  // places around the car
   const int columns = (kImage.width + kStep - 3) / kStep;
@@ -189,9 +190,7 @@ TEST(RoadContact, PicturesTellRoadFromPlacesThatWereCarriedAlong) {
     befores.emplace_back(static_cast<float>(pair.x1), static_cast<float>(pair.y1));
   }
   const PhotometricSupport pictures(before, now, befores, view.places);
-  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-  const RoadPlane road = FitRoad(depths, {}, 1);
-  ASSERT_TRUE(road.found);
+  auto [shown, depths, road] = LookAt(view);
   CompareWithRoad(road, RoadComparison(view.camera, view.pose, pictures), view.pairs, depths);
   int carried = 0, seen = 0;
   for (size_t i = 0; i < depths.size(); ++i) {
@@ -210,10 +209,7 @@ TEST(RoadContact, PicturesTellRoadFromPlacesThatWereCarriedAlong) {
 // A car that seems a fifth too far: by the plane, which is right to 0.07, it moves; it may stand
 // where the road around it lies a seventh lower.
 TEST(RoadContact, TheRoadAroundAnObjectIsWhatItStandsOn) {
-  const View view = MakeView(0.05);
-  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-  const RoadPlane road = FitRoad(depths, {}, 1);
-  ASSERT_TRUE(road.found);
+  auto [view, depths, road] = LookAt(MakeView(0.05));
   for (const double lower : {1.0, 0.86}) {
     auto moved = depths;
     for (size_t i = 0; i < moved.size(); ++i) {
@@ -233,10 +229,7 @@ TEST(RoadContact, TheRoadAroundAnObjectIsWhatItStandsOn) {
 
 // The same car, where most places fit the road only because their depth is hardly known.
 TEST(RoadContact, PlacesOfUnknownDepthDoNotMakeTheRoadUneven) {
-  const View view = MakeView(0.05);
-  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-  const RoadPlane road = FitRoad(depths, {}, 1);
-  ASSERT_TRUE(road.found);
+  auto [view, depths, road] = LookAt(MakeView(0.05));
   for (size_t i = 0; i < depths.size(); ++i) {
     if (view.what[i] == What::kStanding) depths[i].value *= 0.8;
     if (view.what[i] != What::kRoad || i % 5 > 2) continue;
@@ -251,13 +244,7 @@ TEST(RoadContact, PlacesOfUnknownDepthDoNotMakeTheRoadUneven) {
 TEST(RoadContact, NoRoadNoEvidence) {
   // A wall across the whole view.
   View view = MakeView(0.1);
-  for (PointPair& pair : view.pairs) {
-    const Eigen::Vector3d ray = view.camera.Ray(pair.x2, pair.y2);
-    const Eigen::Vector2d place =
-        view.camera.Project(12.0 * ray + kTravel * Eigen::Vector3d::UnitZ());
-    pair.x1 = place(0);
-    pair.y1 = place(1);
-  }
+  for (size_t i = 0; i < view.pairs.size(); ++i) Approach(12.0, kTravel, i, view);
   const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
   const RoadPlane road = FitRoad(depths, {}, 1);
   EXPECT_FALSE(road.found);
@@ -269,9 +256,7 @@ TEST(RoadContact, NoRoadNoEvidence) {
 TEST(RoadContact, PlacesThatAreNoNumbersSayNothing) {
   View view = MakeView(0.1);
   for (size_t i = 0; i < view.pairs.size(); i += 7) view.pairs[i].x1 = std::nan("");
-  const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-  const RoadPlane road = FitRoad(depths, {}, 1);
-  ASSERT_TRUE(road.found);
+  const auto [shown, depths, road] = LookAt(view);
   const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
   for (size_t i = 0; i < ratios.size(); ++i) {
     EXPECT_TRUE(std::isfinite(ratios[i])) << i;

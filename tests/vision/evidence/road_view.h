@@ -1,9 +1,7 @@
 // A road with cars on it, seen by a camera that drives straight ahead.
-#ifndef EGOSIEVE_TESTS_VISION_EVIDENCE_ROAD_VIEW_H_
-#define EGOSIEVE_TESTS_VISION_EVIDENCE_ROAD_VIEW_H_
+#pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/core.hpp>
 #include <random>
 #include <vector>
@@ -74,5 +72,3 @@ inline View MakeView(double noise) {
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_EVIDENCE_ROAD_VIEW_H_

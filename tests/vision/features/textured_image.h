@@ -1,6 +1,5 @@
 // A picture with texture everywhere, for tests of features and flow.
-#ifndef EGOSIEVE_TESTS_VISION_FEATURES_TEXTURED_IMAGE_H_
-#define EGOSIEVE_TESTS_VISION_FEATURES_TEXTURED_IMAGE_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -28,5 +27,3 @@ inline cv::Mat TexturedImage(int width, int height, uint64_t seed) {
 }
 
 }  // namespace egosieve::vision::testing
-
-#endif  // EGOSIEVE_TESTS_VISION_FEATURES_TEXTURED_IMAGE_H_

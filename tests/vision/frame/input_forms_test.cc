@@ -1,16 +1,14 @@
 // Inputs as people have them: nested folders, masks beside pictures, chapters, turned phone video.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
 #include <vector>
 
+#include "tests/testing/status.h"
 #include "tests/vision/frame/input_test.h"
 
 namespace egosieve::vision {
@@ -209,10 +207,9 @@ TEST_F(InputTest, VideosOfAFolderAreChaptersOfOneDrive) {
   WriteVideo("day/clip_10.avi", 6, 3, 10.0);
   WriteVideo("day/clip_9.avi", 1, 5, 10.0);
   for (const std::string& input : {Path("day"), Path("day/*.avi")}) {
-    const auto source = OpenFrameSource(input);
-    ASSERT_TRUE(source.ok()) << source.status();
-    EXPECT_EQ((*source)->expected_frame_count(), 8);
-    const Seen seen = ReadAll(**source);
+    const auto source = Value(OpenFrameSource(input));
+    EXPECT_EQ(source->expected_frame_count(), 8);
+    const Seen seen = ReadAll(*source);
     EXPECT_THAT(seen.values, ElementsAre(10, 20, 30, 40, 50, 60, 70, 80));
     for (int i = 0; i < 8; ++i) EXPECT_NEAR(seen.times[i], 0.1 * i, 1e-6);
     EXPECT_EQ(seen.names[7], "000007.png");
@@ -258,9 +255,8 @@ TEST_F(InputTest, VideoIsTurnedAsItsContainerSays) {
   std::copy(std::begin(quarter_turn), std::end(quarter_turn), bytes.begin() + header + 44);
   std::ofstream(Path("turned.mp4"), std::ios::binary) << bytes;
 
-  const auto source = OpenFrameSource(Path("turned.mp4"));
-  ASSERT_TRUE(source.ok()) << source.status();
-  const absl::StatusOr<FrameRead> read = (*source)->Next();
+  const auto source = Value(OpenFrameSource(Path("turned.mp4")));
+  const absl::StatusOr<FrameRead> read = source->Next();
   ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read));
   const cv::Mat& image = std::get<Frame>(*read).image;
   ASSERT_EQ(image.size(), cv::Size(32, 64));

@@ -1,19 +1,39 @@
 // A test of inputs: makes their files and reads their frames.
-#ifndef EGOSIEVE_TESTS_VISION_FRAME_INPUT_TEST_H_
-#define EGOSIEVE_TESTS_VISION_FRAME_INPUT_TEST_H_
+#pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "gtest/gtest.h"
-#include "tests/vision/frame/folder_test.h"
+#include "tests/testing/status.h"
 #include "vision/frame/frame_source.h"
+#include "vision/frame/quiet_libraries.h"
 
 namespace egosieve::vision {
+
+// With an empty folder of its own.
+class FolderTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    QuietLibraries();
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+
+  void WriteText(const std::string& name, const std::string& text) const {
+    std::ofstream(Path(name), std::ios::binary) << text;
+  }
+
+  std::filesystem::path folder_;
+};
 
 class InputTest : public FolderTest {
  protected:
@@ -36,9 +56,7 @@ class InputTest : public FolderTest {
   }
 
   std::vector<std::string> RemarksOf(const std::string& name) const {
-    const auto source = OpenFrameSource(Path(name));
-    EXPECT_TRUE(source.ok()) << source.status();
-    return source.ok() ? (*source)->remarks() : std::vector<std::string>();
+    return Value(OpenFrameSource(Path(name)))->remarks();
   }
 };
 
@@ -62,11 +80,7 @@ inline Seen ReadAll(FrameSource& source) {
 }
 
 inline Seen ReadAllOf(const std::string& input, const FrameSourceOptions& options = {}) {
-  const auto source = OpenFrameSource(input, options);
-  EXPECT_TRUE(source.ok()) << source.status();
-  return source.ok() ? ReadAll(**source) : Seen();
+  return ReadAll(*Value(OpenFrameSource(input, options)));
 }
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_FRAME_INPUT_TEST_H_

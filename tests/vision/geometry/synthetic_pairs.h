@@ -1,7 +1,6 @@
 // Point pairs of made-up scenes with known motion: what a camera of focal length 700 sees at 1242 x
 // 375.
-#ifndef EGOSIEVE_TESTS_VISION_GEOMETRY_SYNTHETIC_PAIRS_H_
-#define EGOSIEVE_TESTS_VISION_GEOMETRY_SYNTHETIC_PAIRS_H_
+#pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -32,5 +31,3 @@ struct SyntheticPairs {
 SyntheticPairs MakeSyntheticPairs(const SyntheticOptions& options);
 
 }  // namespace egosieve::vision::testing
-
-#endif  // EGOSIEVE_TESTS_VISION_GEOMETRY_SYNTHETIC_PAIRS_H_

@@ -1,21 +1,21 @@
 // Videos that a drive can meet: every frame has an outcome and, where there are no labels, a
 // reason.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <random>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "tests/testing/status.h"
 #include "tests/vision/labelling/feature_evaluation.h"
+#include "tests/vision/labelling/same_labels.h"
+#include "tests/vision/labelling/textured_scene.h"
 #include "vision/frame/frame_source.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/segmentation/labeller_factory.h"
@@ -24,14 +24,7 @@ namespace egosieve::vision {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kWidth = 320, kHeight = 192;
-
-cv::Mat Texture(int width, int height, uint64_t seed) {
-  cv::Mat coarse(height / 4 + 1, width / 4 + 1, CV_8UC3), image;
-  cv::RNG(seed).fill(coarse, cv::RNG::UNIFORM, 20, 236);
-  cv::resize(coarse, image, cv::Size(width, height), 0, 0, cv::INTER_CUBIC);
-  return image;
-}
+const cv::Size kSize(320, 192);
 
 struct Mover {
   cv::Rect at;  // at time 0
@@ -44,7 +37,8 @@ class Scene {
   Scene(int pan, std::vector<Mover> movers) : pan_(pan), movers_(std::move(movers)) {}
 
   cv::Mat Image(double time) const {
-    cv::Mat image = wall_(cv::Rect(static_cast<int>(pan_ * time), 0, kWidth, kHeight)).clone();
+    cv::Mat image =
+        wall_(cv::Rect(static_cast<int>(pan_ * time), 0, kSize.width, kSize.height)).clone();
     for (size_t i = 0; i < movers_.size(); ++i) {
       const cv::Rect at = Place(movers_[i], time);
       Texture(at.width, at.height, 90 + i).copyTo(image(at));
@@ -53,7 +47,7 @@ class Scene {
   }
 
   cv::Mat Mask(double time) const {
-    cv::Mat mask = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
+    cv::Mat mask = cv::Mat::zeros(kSize.height, kSize.width, CV_8UC1);
     for (const Mover& mover : movers_) mask(Place(mover, time)).setTo(255);
     return mask;
   }
@@ -65,7 +59,7 @@ class Scene {
 
   int pan_;
   std::vector<Mover> movers_;
-  cv::Mat wall_ = Texture(3 * kWidth, kHeight, 5);
+  cv::Mat wall_ = Texture(3 * kSize.width, kSize.height, 5);
 };
 
 class DifficultVideo : public ::testing::Test {
@@ -83,25 +77,21 @@ class DifficultVideo : public ::testing::Test {
     const std::string path = (folder_ / "v.avi").string();
     {
       const int four = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
-      cv::VideoWriter writer(path, cv::CAP_FFMPEG, four, 25, cv::Size(kWidth, kHeight));
+      cv::VideoWriter writer(path, cv::CAP_FFMPEG, four, 25, kSize);
       EXPECT_TRUE(writer.isOpened());
       for (int t = 0; t < count; ++t) writer.write(image(t));
     }
     std::vector<LabelledFrame> frames;
-    auto source = OpenFrameSource(path);
-    EXPECT_TRUE(source.ok()) << source.status();
+    auto source = Value(OpenFrameSource(path));
     auto labeller = *MakeFrameLabeller({});
-    while (source.ok()) {
-      const auto read = (*source)->Next();
-      EXPECT_TRUE(read.ok()) << read.status();
-      if (!read.ok() || !std::holds_alternative<Frame>(*read)) break;
-      const auto labelled = labeller->Process(std::get<Frame>(*read));
-      EXPECT_TRUE(labelled.ok()) << labelled.status();
-      if (!labelled.ok()) break;
-      EXPECT_EQ(labelled->outcome == LabelOutcome::kLabelled, labelled->reason.empty())
-          << labelled->reason;
-      EXPECT_EQ(labelled->outcome == LabelOutcome::kLabelled, labelled->size() > 0);
-      frames.push_back(*labelled);
+    while (true) {
+      const auto read = Value(source->Next());
+      if (!std::holds_alternative<Frame>(read)) break;
+      frames.push_back(Value(labeller->Process(std::get<Frame>(read))));
+      const LabelledFrame& labelled = frames.back();
+      EXPECT_EQ(labelled.outcome == LabelOutcome::kLabelled, labelled.reason.empty())
+          << labelled.reason;
+      EXPECT_EQ(labelled.outcome == LabelOutcome::kLabelled, labelled.size() > 0);
     }
     EXPECT_EQ(static_cast<int>(frames.size()), count);
     return frames;
@@ -109,14 +99,6 @@ class DifficultVideo : public ::testing::Test {
 
   fs::path folder_;
 };
-
-TEST_F(DifficultVideo, OneRepeatedFrame) {
-  const Scene scene(0, {});
-  const std::vector<LabelledFrame> frames = LabelVideo(6, [&](int) { return scene.Image(0); });
-  for (size_t t = 1; t < frames.size(); ++t) {
-    EXPECT_EQ(frames[t].outcome, LabelOutcome::kDuplicateFrame) << t;
-  }
-}
 
 // A coder that loses something makes the first frames differ: a camera that stands, and nothing
 // moves.
@@ -150,7 +132,7 @@ TEST_F(DifficultVideo, LensCapForThreeFrames) {
   const auto is_capped = [](int t) { return t >= 3 && t < 6; };
   const std::vector<LabelledFrame> frames = LabelVideo(9, [&](int t) {
     if (!is_capped(t)) return scene.Image(t);
-    cv::Mat dark(kHeight, kWidth, CV_8UC3);
+    cv::Mat dark(kSize.height, kSize.width, CV_8UC3);
     cv::RNG(t).fill(dark, cv::RNG::NORMAL, 4, 1);  // a sensor's noise
     return dark;
   });
@@ -236,6 +218,107 @@ TEST_F(DifficultVideo, VariableRate) {
     ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read));
     EXPECT_NEAR(std::get<Frame>(*read).time_seconds, expected, 1e-3);
     expected += delay / 100.0;
+  }
+}
+
+// Pictures that a labeller cannot learn from, or hardly.
+
+struct HardPair {
+  const char* name;
+  std::function<cv::Mat(int)> image;  // of frame 0 and 1
+  std::vector<LabelOutcome> allowed;
+};
+
+cv::Mat Constant(int value) { return cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar::all(value)); }
+
+std::vector<HardPair> StressCases() {
+  const LabelOutcome labelled = LabelOutcome::kLabelled, duplicate = LabelOutcome::kDuplicateFrame,
+                     features = LabelOutcome::kTooFewFeatures,
+                     matches = LabelOutcome::kTooFewMatches,
+                     untrusted = LabelOutcome::kUntrustedMotion;
+  return {
+      {"black", [](int) { return Constant(0); }, {duplicate}},
+      {"white, then nearly", [](int t) { return Constant(255 - t); }, {features}},
+      {"lens cap",
+       [](int t) { return t == 0 ? WallFrame(0).image : Constant(3); },
+       {features, matches, untrusted}},
+      {"identical", [](int) { return WallFrame(0).image; }, {duplicate}},
+      {"noise",
+       [](int t) {
+         cv::Mat image(kHeight, kWidth, CV_8UC3);
+         std::mt19937_64 engine(90 + t);
+         for (size_t i = 0; i < image.total() * 3; ++i) {
+           image.data[i] = static_cast<uint8_t>(engine());
+         }
+         return image;
+       },
+       {matches, untrusted}},
+      {"cut", [](int t) { return Texture(kWidth, kHeight, 40 + t); }, {matches, untrusted}},
+      {"quarter turn",
+       [](int t) {
+         cv::Mat image = Texture(kHeight, kHeight, 50), turned;
+         if (t == 0) return image;
+         cv::rotate(image, turned, cv::ROTATE_90_CLOCKWISE);
+         return turned;
+       },
+       {labelled, matches, untrusted}},
+      {"one row of texture",
+       [](int t) {
+         cv::Mat image = Constant(90);
+         Texture(kWidth, 20, 60)(cv::Rect(t, 0, kWidth - 2, 4))
+             .copyTo(image(cv::Rect(0, 80, kWidth - 2, 4)));
+         return image;
+       },
+       {labelled, features, matches, untrusted}},
+      {"a few dots",
+       [](int t) {
+         cv::Mat image = Constant(30);
+         for (int k = 0; k < 5; ++k)
+           cv::circle(image, {30 + 40 * k + t, 40 + 17 * k}, 4, {200, 220, 250}, -1);
+         return image;
+       },
+       {labelled, features, matches, untrusted}},
+      {"over-exposed",
+       [](int t) { return cv::Mat(WallFrame(t).image * 4 + cv::Scalar::all(180)); },
+       {labelled, features, matches, untrusted}},
+  };
+}
+
+TEST(Stress, GivesADefinedOutcomeAndTheDriveGoesOn) {
+  for (const FrameLabellerOptions& options : EveryKindOfOptions()) {
+    for (const HardPair& stress : StressCases()) {
+      SCOPED_TRACE(::testing::Message() << stress.name << (options.is_paper ? ", paper" : ""));
+      auto labeller = MakeLabeller(options);
+      ASSERT_TRUE(labeller->Process(FrameOf(0, stress.image(0))).ok());
+      const auto labelled = Value(labeller->Process(FrameOf(1, stress.image(1))));
+      ExpectWellFormed(labelled);
+      if (!options.is_paper || labelled.outcome != LabelOutcome::kTooFewFeatures) {
+        EXPECT_THAT(stress.allowed, ::testing::Contains(labelled.outcome))
+            << Name(labelled.outcome) << ": " << labelled.reason;
+      }
+    }
+  }
+}
+
+TEST(Stress, FramesOfAnotherSizeStartAnew) {
+  auto labeller = MakeLabeller({});
+  ASSERT_TRUE(labeller->Process(WallFrame(0)).ok());
+  const auto changed = Value(labeller->Process(FrameOf(1, Texture(100, 90, 1))));
+  EXPECT_EQ(changed.outcome, LabelOutcome::kSizeChanged);
+  ExpectWellFormed(changed);
+  const auto back = labeller->Process(WallFrame(2));
+  EXPECT_EQ(back->outcome, LabelOutcome::kSizeChanged);
+  EXPECT_EQ(labeller->Process(WallFrame(3))->outcome, LabelOutcome::kLabelled);
+}
+
+TEST(Stress, TinyFrames) {
+  for (const FrameLabellerOptions& options : EveryKindOfOptions()) {
+    for (const int side : {1, 2, 5, 15, 16, 17, 33}) {
+      auto labeller = MakeLabeller(options);
+      ASSERT_TRUE(labeller->Process(FrameOf(0, Texture(side, side, 1))).ok()) << side;
+      const auto labelled = Value(labeller->Process(FrameOf(1, Texture(side, side, 2))));
+      ExpectWellFormed(labelled);
+    }
   }
 }
 

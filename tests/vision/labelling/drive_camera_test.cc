@@ -1,7 +1,5 @@
 #include "vision/labelling/drive_camera.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmock/gmock.h"
 #include "tests/vision/labelling/street_drive.h"
 
 namespace egosieve::vision {
@@ -50,7 +49,7 @@ class PictureSource : public FrameSource {
 TEST(DriveCamera, ATurnTellsTheFocalLength) {
   const Scenario scenario = EditedScenario("turning", 3, [](Scene&) {});
   const std::vector<DrivePicture> pictures = PicturesOf(scenario, 57, 16);
-  const double truth = scenario.intrinsics().focal_pixels / scenario.options().width_pixels;
+  const double truth = FocalRatioOf(scenario);
   PictureSource source(pictures);
   const DriveCamera camera = *LearnDriveCamera(source, {});
   EXPECT_EQ(camera.pair_count, 8);  // a pair takes two of the 16 pictures
@@ -167,8 +166,8 @@ TEST(DriveCamera, OptionsNameWhatIsWrong) {
   DriveCameraOptions options;
   options.pictures.pairs = 0;
   PictureSource source({});
-  EXPECT_NE(std::string(LearnDriveCamera(source, options).status().message()).find("pairs is 0"),
-            std::string::npos);
+  EXPECT_THAT(LearnDriveCamera(source, options).status().message(),
+              testing::HasSubstr("pairs is 0"));
 }
 
 }  // namespace

@@ -1,9 +1,6 @@
 #include "vision/labelling/evidence_terms.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <string>
+#include "tests/testing/status.h"
 
 namespace egosieve::vision {
 namespace {
@@ -11,9 +8,8 @@ namespace {
 TEST(EvidenceTerms, WhatIsDescribedIsParsed) {
   for (const char* text : {"all", "epipolar", "road", "epipolar,negative_depth",
                            "epipolar,accumulation", "negative_depth,road"}) {
-    const auto terms = ParseEvidenceTerms(text);
-    ASSERT_TRUE(terms.ok()) << terms.status();
-    EXPECT_EQ(Describe(*terms), text);
+    const auto terms = Value(ParseEvidenceTerms(text));
+    EXPECT_EQ(Describe(terms), text);
   }
   EXPECT_EQ(Describe(*ParseEvidenceTerms("epipolar")), "epipolar");
   EXPECT_EQ(Describe(*ParseEvidenceTerms("road,epipolar")), "epipolar,road");
@@ -23,7 +19,7 @@ TEST(EvidenceTerms, WhatIsDescribedIsParsed) {
 TEST(EvidenceTerms, NonsenseIsRefusedWithTheNames) {
   for (const char* text : {"", "epipolar,", "everything", "all,epipolar", "epipolar;road"}) {
     const auto terms = ParseEvidenceTerms(text);
-    EXPECT_EQ(terms.status().code(), absl::StatusCode::kInvalidArgument) << text;
+    EXPECT_THAT(terms, IsInvalid()) << text;
     EXPECT_THAT(std::string(terms.status().message()), ::testing::HasSubstr("negative_depth"));
   }
   EXPECT_FALSE(ParseEvidenceTerms("accumulation").ok()) << "nothing says what moves";

@@ -2,8 +2,7 @@
 // static points, over labelled features.
 //
 //   AUC = P(score of a mover > score of another) + 1/2 P(equal)            (Mann & Whitney, 1947)
-#ifndef EGOSIEVE_TESTS_VISION_LABELLING_FEATURE_EVALUATION_H_
-#define EGOSIEVE_TESTS_VISION_LABELLING_FEATURE_EVALUATION_H_
+#pragma once
 
 #include <cstdint>
 #include <map>
@@ -69,5 +68,3 @@ inline constexpr double kTiedAuc = 0.01;
 std::optional<ChoiceVerdict> JudgeChoice(const FeatureScore& score);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_LABELLING_FEATURE_EVALUATION_H_

@@ -28,10 +28,6 @@ const Scenario& Turning() {
   return scenario;
 }
 
-double TrueRatio() {
-  return Turning().intrinsics().focal_pixels / Turning().options().width_pixels;
-}
-
 // Of the scenario while it turns, ten a second.
 const std::vector<Frame>& TurningFrames() {
   static const std::vector<Frame>& frames = *new std::vector<Frame>([] {
@@ -60,7 +56,7 @@ TEST(FocalLearner, ATurnTellsTheFocalLength) {
   }
   ASSERT_EQ(changes.size(), 2u);  // after the first and the second window
   EXPECT_GE(changes[0], 6);       // 0.6 s
-  EXPECT_NEAR(std::log(learner.learnt().focal_ratio), std::log(TrueRatio()), 0.1);
+  EXPECT_NEAR(std::log(learner.learnt().focal_ratio), std::log(FocalRatioOf(Turning())), 0.1);
   EXPECT_LT(learner.learnt().log_focal_deviation, 0.2);
 }
 

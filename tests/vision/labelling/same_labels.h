@@ -1,6 +1,5 @@
 // What every labelled frame must be, and two that must be the same.
-#ifndef EGOSIEVE_TESTS_VISION_LABELLING_SAME_LABELS_H_
-#define EGOSIEVE_TESTS_VISION_LABELLING_SAME_LABELS_H_
+#pragma once
 
 #include "vision/labelling/labelled_frame.h"
 
@@ -14,5 +13,3 @@ void ExpectWellFormed(const LabelledFrame& frame);
 void ExpectSame(const LabelledFrame& a, const LabelledFrame& b);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_LABELLING_SAME_LABELS_H_

@@ -1,11 +1,11 @@
 #include "tests/vision/labelling/street_drive.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <utility>
+
+#include "tests/testing/status.h"
+#include "vision/segmentation/labeller_factory.h"
 
 namespace egosieve::vision {
 namespace {
@@ -46,11 +46,14 @@ Scenario EditedScenario(const std::string& name, uint64_t seed,
   options.width_pixels = 400;
   options.height_pixels = 240;
   options.threads = 1;
-  auto scenario = MakeScenario(name, seed, options);
-  EXPECT_TRUE(scenario.ok()) << scenario.status();
-  Scene scene = scenario->scene();
+  auto scenario = Value(MakeScenario(name, seed, options));
+  Scene scene = scenario.scene();
   edit(scene);
   return Scenario(name, seed, options, std::move(scene));
+}
+
+double FocalRatioOf(const Scenario& scenario) {
+  return scenario.intrinsics().focal_pixels / scenario.options().width_pixels;
 }
 
 std::vector<DrivePicture> PicturesOf(const Scenario& scenario, int first, int count) {
@@ -122,6 +125,14 @@ LabelCounts Count(const LabelledFrame& labels, const cv::Mat& movers) {
     }
   }
   return counts;
+}
+
+LabelledFrame LastLabels(const FrameLabellerOptions& options,
+                         const std::vector<DrivePicture>& pictures) {
+  const auto labeller = Value(MakeFrameLabeller(options));
+  LabelledFrame labels;
+  for (const DrivePicture& picture : pictures) labels = Value(labeller->Process(picture.frame));
+  return labels;
 }
 
 }  // namespace egosieve::vision

@@ -1,6 +1,5 @@
 // Pieces of synthetic drives with their truth, and how labels do on them.
-#ifndef EGOSIEVE_TESTS_VISION_LABELLING_STREET_DRIVE_H_
-#define EGOSIEVE_TESTS_VISION_LABELLING_STREET_DRIVE_H_
+#pragma once
 
 #include <cstdint>
 #include <functional>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "vision/frame/frame.h"
+#include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/synthetic/street.h"
 
@@ -23,6 +23,9 @@ struct DrivePicture {
 // A scenario of the catalogue, 400 x 240, its scene changed by `edit`.
 Scenario EditedScenario(const std::string& name, uint64_t seed,
                         const std::function<void(Scene&)>& edit);
+
+// In picture widths.
+double FocalRatioOf(const Scenario& scenario);
 
 // Frames first .. first + count - 1 of the scenario, their own indices kept.
 std::vector<DrivePicture> PicturesOf(const Scenario& scenario, int first, int count);
@@ -45,6 +48,8 @@ struct LabelCounts {
 // Labels against the truth; places within two pixels of a mover's outline count as neither.
 LabelCounts Count(const LabelledFrame& labels, const cv::Mat& movers);
 
-}  // namespace egosieve::vision
+// The last picture's labels, of a labeller that was shown all.
+LabelledFrame LastLabels(const FrameLabellerOptions& options,
+                         const std::vector<DrivePicture>& pictures);
 
-#endif  // EGOSIEVE_TESTS_VISION_LABELLING_STREET_DRIVE_H_
+}  // namespace egosieve::vision

@@ -1,11 +1,9 @@
 #include "tests/vision/labelling/textured_scene.h"
 
-#include <gtest/gtest.h>
-
 #include <opencv2/imgproc.hpp>
 #include <random>
-#include <utility>
 
+#include "tests/testing/status.h"
 #include "vision/segmentation/labeller_factory.h"
 
 namespace egosieve::vision {
@@ -61,9 +59,7 @@ std::vector<FrameLabellerOptions> EveryKindOfOptions() {
 }
 
 std::unique_ptr<FrameLabeller> MakeLabeller(const FrameLabellerOptions& options) {
-  auto labeller = MakeFrameLabeller(options);
-  EXPECT_TRUE(labeller.ok()) << labeller.status();
-  return *std::move(labeller);
+  return Value(MakeFrameLabeller(options));
 }
 
 }  // namespace egosieve::vision

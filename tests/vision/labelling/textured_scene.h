@@ -1,6 +1,5 @@
 // Pictures that show something, and labellers for them.
-#ifndef EGOSIEVE_TESTS_VISION_LABELLING_TEXTURED_SCENE_H_
-#define EGOSIEVE_TESTS_VISION_LABELLING_TEXTURED_SCENE_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -31,5 +30,3 @@ std::vector<FrameLabellerOptions> EveryKindOfOptions();
 std::unique_ptr<FrameLabeller> MakeLabeller(const FrameLabellerOptions& options);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_LABELLING_TEXTURED_SCENE_H_

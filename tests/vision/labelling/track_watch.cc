@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 namespace egosieve::vision {
 
 void TrackWatch::CheckTracks(const std::vector<Track>& tracks, int64_t next_id, cv::Size size,

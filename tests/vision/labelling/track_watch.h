@@ -1,6 +1,5 @@
 // What must hold of a labeller's tracks and evidence after every frame, whatever it was shown.
-#ifndef EGOSIEVE_TESTS_VISION_LABELLING_TRACK_WATCH_H_
-#define EGOSIEVE_TESTS_VISION_LABELLING_TRACK_WATCH_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -38,5 +37,3 @@ class TrackWatch {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_LABELLING_TRACK_WATCH_H_

@@ -2,8 +2,7 @@
 
 #include <cmath>
 
-#include "gmock/gmock.h"
-#include "gtest/gtest.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::vision {
 namespace {
@@ -60,7 +59,7 @@ TEST(MapObjectsTest, WrongThresholdsAreNamed) {
   EXPECT_TRUE((ObjectThresholds{0.5, 0.5}).Validate().ok());
   for (const ObjectThresholds wrong :
        {ObjectThresholds{0.9, 0.8}, {-0.1, 0.8}, {0.3, 1.1}, {std::nan(""), 0.8}}) {
-    EXPECT_EQ(wrong.Validate().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(wrong.Validate(), IsInvalid());
   }
   EXPECT_THAT(std::string((ObjectThresholds{0.9, 0.8}).Validate().message()),
               HasSubstr("--object_low=0.9"));

@@ -1,12 +1,12 @@
 #include "vision/own_vehicle/own_vehicle.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <string>
 #include <vector>
+
+#include "gmock/gmock.h"
+#include "vision/own_vehicle/fixed_pattern.h"
 
 namespace egosieve::vision {
 namespace {
@@ -165,11 +165,53 @@ TEST(OwnVehicle, ABlankBonnetIsFoundByItsEdge) {
 TEST(OwnVehicle, OptionsNameWhatIsWrong) {
   OwnVehicleOptions options;
   options.agreeing_share = 1.5;
-  EXPECT_NE(std::string(options.Validate().message()).find("agreeing_share is 1.5"),
-            std::string::npos);
+  EXPECT_THAT(options.Validate().message(), testing::HasSubstr("agreeing_share is 1.5"));
   options = {};
   options.least_evidence = 0.0;
-  EXPECT_NE(std::string(options.Validate().message()).find("least_evidence"), std::string::npos);
+  EXPECT_THAT(options.Validate().message(), testing::HasSubstr("least_evidence"));
+}
+
+constexpr int kPatternWidth = 120, kPatternHeight = 80;
+const cv::Rect kCovered(30, 20, 40, 30);
+
+cv::Mat1b PatternTexture(uint64_t seed) {
+  cv::RNG random(seed);
+  cv::Mat1b texture(kPatternHeight, kPatternWidth);
+  random.fill(texture, cv::RNG::UNIFORM, 0, 255);
+  cv::GaussianBlur(texture, texture, {}, 1.5);
+  return texture;
+}
+
+double AgreeingShare(const cv::Mat1b& median, const cv::Mat1b& picture, cv::Rect area) {
+  const FixedPattern pattern(SmoothPicture(median), {});
+  const cv::Mat1b agreeing = pattern.Agreeing(SmoothPicture(picture));
+  return static_cast<double>(cv::countNonZero(agreeing(area))) / area.area();
+}
+
+TEST(FixedPattern, AgreesInAnyLight) {
+  const cv::Mat1b median = PatternTexture(1);
+  cv::Mat1b darker;
+  median.convertTo(darker, CV_8U, 0.6, 20.0);
+  EXPECT_GT(AgreeingShare(median, darker, {0, 0, kPatternWidth, kPatternHeight}), 0.99);
+}
+
+TEST(FixedPattern, DoesNotAgreeWithWhatCoversIt) {
+  const cv::Mat1b median = PatternTexture(1);
+  cv::Mat1b covered = median.clone();
+  PatternTexture(2)(kCovered).copyTo(covered(kCovered));
+  const int margin = kFixedPatternWindow / 2;
+  const cv::Rect inner(kCovered.x + margin, kCovered.y + margin, kCovered.width - 2 * margin,
+                       kCovered.height - 2 * margin);
+  EXPECT_LT(AgreeingShare(median, covered, inner), 0.2);  // some windows are alike by chance
+  EXPECT_GT(AgreeingShare(median, covered, {80, 0, 40, kPatternHeight}), 0.99);
+}
+
+TEST(FixedPattern, DoesNotAgreeWithItselfAPixelAside) {
+  const cv::Mat1b median = PatternTexture(1);
+  cv::Mat1b aside;
+  const cv::Mat1d shift = (cv::Mat1d(2, 3) << 1, 0, 1, 0, 1, 0);
+  cv::warpAffine(median, aside, shift, median.size(), cv::INTER_LINEAR, cv::BORDER_REFLECT);
+  EXPECT_LT(AgreeingShare(median, aside, {20, 20, 80, 40}), 0.05);
 }
 
 }  // namespace

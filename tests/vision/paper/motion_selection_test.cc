@@ -1,14 +1,12 @@
 #include "vision/paper/motion_selection.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <string>
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "tests/testing/status.h"
 #include "tests/vision/geometry/synthetic_pairs.h"
 #include "vision/geometry/residual.h"
 
@@ -43,14 +41,13 @@ TEST(SelectMotion, ChoosesTheRightModel) {
       scene.mover_share = 0.4 * (i % 9) / 8.0;
       scene.noise_pixels = (i % 11) / 10.0;
       scene.seed = 1000 + i;
-      const auto model = SelectMotion(MakeSyntheticPairs(scene).pairs, i);
-      ASSERT_TRUE(model.ok()) << model.status();
-      EXPECT_TRUE(model->trusted) << test_case.name << " " << i << ": " << model->reason;
-      ++chosen[model->kind];
-      right += model->kind == test_case.expected;
-      if (model->kind != test_case.expected) {
+      const auto model = Value(SelectMotion(MakeSyntheticPairs(scene).pairs, i));
+      EXPECT_TRUE(model.trusted) << test_case.name << " " << i << ": " << model.reason;
+      ++chosen[model.kind];
+      right += model.kind == test_case.expected;
+      if (model.kind != test_case.expected) {
         std::printf("%s: movers %.2f noise %.1f seed %d chose %s\n", test_case.name,
-                    scene.mover_share, scene.noise_pixels, i, Name(model->kind));
+                    scene.mover_share, scene.noise_pixels, i, Name(model.kind));
       }
     }
     std::printf("%-9s static %3d  homography %3d  fundamental %3d\n", test_case.name,
@@ -95,11 +92,10 @@ std::vector<PointPair> StillAmongParallelMovers(double shift_of_rest) {
 }
 
 TEST(SelectMotion, CameraAmongParallelMoversStandsStill) {
-  const auto model = SelectMotion(StillAmongParallelMovers(0.0), 1);
-  ASSERT_TRUE(model.ok()) << model.status();
-  EXPECT_EQ(model->kind, MotionModelKind::kStatic);
-  EXPECT_EQ(model->rejected_kind, MotionModelKind::kFundamental);
-  EXPECT_TRUE(model->trusted);
+  const auto model = Value(SelectMotion(StillAmongParallelMovers(0.0), 1));
+  EXPECT_EQ(model.kind, MotionModelKind::kStatic);
+  EXPECT_EQ(model.rejected_kind, MotionModelKind::kFundamental);
+  EXPECT_TRUE(model.trusted);
   // What hardly moves is not still.
   EXPECT_NE(SelectMotion(StillAmongParallelMovers(0.6), 1)->kind, MotionModelKind::kStatic);
 }
@@ -108,12 +104,11 @@ TEST(SelectMotion, NoMajorityIsNotTrusted) {
   SyntheticOptions scene;
   scene.mover_share = 0.0;
   scene.outlier_share = 0.95;
-  const auto model = SelectMotion(MakeSyntheticPairs(scene).pairs, 1);
-  ASSERT_TRUE(model.ok());
-  EXPECT_FALSE(model->trusted);
-  EXPECT_EQ(model->reason,
+  const auto model = Value(SelectMotion(MakeSyntheticPairs(scene).pairs, 1));
+  EXPECT_FALSE(model.trusted);
+  EXPECT_EQ(model.reason,
             absl::StrFormat("only %.0f %% of the matches agree on one motion of the camera",
-                            100.0 * model->inlier_count / model->pair_count));
+                            100.0 * model.inlier_count / model.pair_count));
 }
 
 TEST(SelectMotion, FewAndDegeneratePairsGiveADefinedResult) {
@@ -128,13 +123,11 @@ TEST(SelectMotion, FewAndDegeneratePairsGiveADefinedResult) {
   std::vector<PointPair> collinear, not_finite(50, PointPair{1, NAN, 2, 3});
   for (int i = 0; i < 500; ++i) collinear.push_back({1.0 * i, 2.0 * i, 1.0 * i + 3, 2.0 * i + 6});
   for (const auto& pairs : {identical, collinear, not_finite}) {
-    const auto model = SelectMotion(pairs, 1);
-    ASSERT_TRUE(model.ok()) << model.status();
-    const auto fundamental = FitFundamental(pairs, 1);
-    ASSERT_TRUE(fundamental.ok());
-    if (fundamental->kind == MotionModelKind::kNone) {
-      EXPECT_FALSE(fundamental->trusted);
-      EXPECT_FALSE(fundamental->reason.empty());
+    EXPECT_TRUE(SelectMotion(pairs, 1).ok());
+    const auto fundamental = Value(FitFundamental(pairs, 1));
+    if (fundamental.kind == MotionModelKind::kNone) {
+      EXPECT_FALSE(fundamental.trusted);
+      EXPECT_FALSE(fundamental.reason.empty());
     }
   }
 }

@@ -4,8 +4,8 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
-#include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
+#include "tests/testing/status.h"
 #include "vision/segmentation/online_segmenter.h"
 #include "vision/synthetic/street.h"
 
@@ -45,9 +45,8 @@ std::unique_ptr<OnlineSegmenter> MakeSegmenter(DriveProfile profile) {
   options.learner.budget.budget = 600;
   options.learner.training.annealing_evaluations = 40;
   options.learner.training.subset_size = 300;
-  auto context = kernels::OpenContext();
-  EXPECT_TRUE(context.ok()) << context.status();
-  return *OnlineSegmenter::Create(*context, options);
+  auto context = Value(kernels::OpenContext());
+  return *OnlineSegmenter::Create(context, options);
 }
 
 OnlineSegmenter::Result Process(OnlineSegmenter& segmenter, int64_t index, const cv::Mat& image) {
@@ -55,13 +54,12 @@ OnlineSegmenter::Result Process(OnlineSegmenter& segmenter, int64_t index, const
   frame.index = index;
   frame.time_seconds = 0.1 * static_cast<double>(index);
   frame.image = image;
-  auto result = segmenter.Process(frame);
-  EXPECT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->map.grid.width, image.cols);
-  EXPECT_EQ(static_cast<int64_t>(result->map.probability.size()), result->map.grid.size());
-  EXPECT_NE(result->record.learnt, !result->record.reason.empty());
-  for (const float p : result->map.probability) EXPECT_TRUE(p >= 0.0f && p <= 1.0f);
-  return *std::move(result);
+  auto result = Value(segmenter.Process(frame));
+  EXPECT_EQ(result.map.grid.width, image.cols);
+  EXPECT_EQ(static_cast<int64_t>(result.map.probability.size()), result.map.grid.size());
+  EXPECT_NE(result.record.learnt, !result.record.reason.empty());
+  for (const float p : result.map.probability) EXPECT_TRUE(p >= 0.0f && p <= 1.0f);
+  return result;
 }
 
 // Mann-Whitney by counting 1,024 levels.

@@ -2,14 +2,11 @@
 //
 // The drive is played to its middle, then come the disturbing frames, then its second half. The
 // maps of the last frames, that have had time to recover, are scored against the drive's masks.
-#ifndef EGOSIEVE_TESTS_VISION_SEGMENTATION_DISTURBED_DRIVE_H_
-#define EGOSIEVE_TESTS_VISION_SEGMENTATION_DISTURBED_DRIVE_H_
+#pragma once
 
 #include <cstdint>
-#include <functional>
 #include <opencv2/core.hpp>
 #include <string>
-#include <vector>
 
 namespace egosieve::vision {
 
@@ -41,5 +38,3 @@ cv::Mat StandingStill(const cv::Mat& last, int step);
 cv::Mat StandingAmongMovers(const cv::Mat& last, int step);
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_SEGMENTATION_DISTURBED_DRIVE_H_

@@ -1,9 +1,15 @@
 #include "vision/segmentation/learner_model.h"
 
+#include <cmath>
+#include <memory>
+#include <numeric>
 #include <random>
+#include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
+#include "tests/testing/status.h"
+#include "vision/segmentation/online_learner.h"
+#include "vision/segmentation/online_segmenter.h"
 
 namespace egosieve::vision {
 namespace {
@@ -37,13 +43,10 @@ class LearnerModelTest : public testing::TestWithParam<ModelKind> {
     LearnerModelOptions options;
     options.kind = GetParam();
     options.sparse.inducing_points = 40;
-    auto context = kernels::OpenContext();
-    EXPECT_TRUE(context.ok()) << context.status();
-    auto model = LearnerModel::Create(
-        *context, gp::DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension),
-        options);
-    EXPECT_TRUE(model.ok()) << model.status();
-    return *std::move(model);
+    auto context = Value(kernels::OpenContext());
+    return Value(LearnerModel::Create(
+        context, gp::DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension),
+        options));
   }
 
   static std::vector<float> Map(const LearnerModel& model) {
@@ -51,9 +54,8 @@ class LearnerModelTest : public testing::TestWithParam<ModelKind> {
     std::vector<float> probability(queries.labels.size());
     kernels::PosteriorOutputs outputs;
     outputs.probability = probability.data();
-    const auto posterior = model.MakePosterior({});
-    EXPECT_TRUE(posterior.ok()) << posterior.status();
-    EXPECT_TRUE((*posterior)->Evaluate(queries.view(), outputs).ok());
+    const auto posterior = Value(model.MakePosterior({}));
+    EXPECT_TRUE(posterior->Evaluate(queries.view(), outputs).ok());
     return probability;
   }
 
@@ -107,14 +109,11 @@ TEST(SparseLearnerModelTest, DependsOnItsPointsAndNotOnItsHistory) {
   LearnerModelOptions options;
   options.kind = ModelKind::kSparse;
   options.sparse.inducing_points = 40;
-  auto context = kernels::OpenContext();
-  ASSERT_TRUE(context.ok()) << context.status();
+  auto context = Value(kernels::OpenContext());
   const auto make = [&] {
-    auto model = LearnerModel::Create(
-        *context, gp::DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension),
-        options);
-    EXPECT_TRUE(model.ok()) << model.status();
-    return *std::move(model);
+    return Value(LearnerModel::Create(
+        context, gp::DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension),
+        options));
   };
   const Points first = MakePoints(120, 1), second = MakePoints(5, 2);
   LearnerModel model = make();
@@ -133,7 +132,125 @@ TEST(LearnerModelOptionsTest, TheSubsetOfRegressorsIsRefused) {
   LearnerModelOptions options;
   EXPECT_TRUE(options.Validate().ok());
   options.sparse.approximation = gp::SparseApproximation::kSubsetOfRegressors;
-  EXPECT_EQ(options.Validate().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(options.Validate(), IsInvalid());
+}
+
+constexpr int64_t kInputs = 6;
+constexpr int kStatic = 600, kMover = 16;
+
+// What the paper's labels look like on a street: most are small, one in thirty is large by a false
+// match, and of a small mover's a good half are.
+struct Street {
+  std::vector<float> inputs;
+  std::vector<double> labels;
+
+  explicit Street(uint64_t seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+    };
+    for (int i = 0; i < kStatic + kMover; ++i) {
+      const bool mover = i >= kStatic;
+      inputs.push_back(static_cast<float>(mover ? uniform(0.25, 0.45) : uniform(-1.0, 1.0)));
+      inputs.push_back(static_cast<float>(mover ? uniform(0.0, 0.15) : uniform(-0.6, 0.6)));
+      const double grey = mover ? uniform(0.5, 0.8) : uniform(-0.6, 0.2);
+      for (int channel = 0; channel < 4; ++channel) inputs.push_back(static_cast<float>(grey));
+      const bool large = uniform(0.0, 1.0) < (mover ? 0.6 : 0.03);
+      labels.push_back(large ? uniform(0.5, 1.0) : uniform(0.0, 0.3));
+    }
+  }
+
+  int64_t size() const { return static_cast<int64_t>(labels.size()); }
+};
+
+std::unique_ptr<OnlineLearner> MakeLearner(const OnlineLearnerOptions& options) {
+  return Value(OnlineLearner::Create(*kernels::OpenContext(), kInputs, options));
+}
+
+void LearnStreet(int frame, OnlineLearner& learner) {
+  const Street street(static_cast<uint64_t>(frame));
+  FrameRecord record;
+  EXPECT_EQ(
+      learner.Learn(kernels::ConstMatrixView<float>(street.inputs.data(), street.size(), kInputs),
+                    street.labels, frame, record),
+      absl::OkStatus());
+}
+
+std::vector<double> Targets(const OnlineLearner& learner) {
+  return {learner.model().targets().begin(), learner.model().targets().end()};
+}
+
+// Points of the model with dynamic labels after some frames.
+int64_t DynamicPoints(const OnlineLearnerOptions& options, int frames) {
+  const auto learner = MakeLearner(options);
+  for (int frame = 1; frame <= frames; ++frame) LearnStreet(frame, *learner);
+  int64_t dynamic = 0;
+  for (const double target : learner->model().targets()) {
+    const double label = learner->zero_label() + (1.0 - learner->zero_label()) * target;
+    dynamic += label >= 0.5 - 1e-9;
+  }
+  return dynamic;
+}
+
+// With the prior mean at undecided, the paper's filter 3 empties the rarer class for good.
+TEST(OnlineLearner, WithDataScaledToMeanZeroTheRareClassStays) {
+  OnlineLearnerOptions paper = OnlineSegmenterOptions::Paper().learner;
+  EXPECT_GE(DynamicPoints(paper, 6), kMover / 4);
+  paper.scales_to_mean_zero = false;
+  paper.zero_label = 0.5;
+  EXPECT_EQ(DynamicPoints(paper, 6), 0);
+}
+
+// (T1) with the model's own mean label. A target is a rounding of 1 off: n of them sum to n eps.
+TEST(OnlineLearner, TargetsHaveMeanZeroAfterEveryFrame) {
+  const auto learner = MakeLearner(OnlineSegmenterOptions::Paper().learner);
+  for (int frame = 1; frame <= 4; ++frame) {
+    LearnStreet(frame, *learner);
+    const std::vector<double> targets = Targets(*learner);
+    ASSERT_GT(targets.size(), 50u);
+    const double sum = std::accumulate(targets.begin(), targets.end(), 0.0);
+    EXPECT_NEAR(sum / static_cast<double>(targets.size()), 0.0, 1e-14);
+    EXPECT_GT(learner->zero_label(), 0.05);
+    EXPECT_LT(learner->zero_label(), 0.5);
+  }
+}
+
+TEST(OnlineLearner, GoesOnFromACheckpointWithItsMeanLabel) {
+  const OnlineLearnerOptions paper = OnlineSegmenterOptions::Paper().learner;
+  const auto learner = MakeLearner(paper), restored = MakeLearner(paper);
+  for (int frame = 1; frame <= 3; ++frame) LearnStreet(frame, *learner);
+  auto checkpoint = Value(learner->Checkpoint());
+  ASSERT_TRUE(restored->Restore(checkpoint).ok());
+  EXPECT_EQ(restored->zero_label(), learner->zero_label());
+  for (OnlineLearner* each : {learner.get(), restored.get()}) LearnStreet(4, *each);
+  EXPECT_EQ(Targets(*restored), Targets(*learner));
+  checkpoint.annotations.clear();
+  EXPECT_THAT(restored->Restore(checkpoint), IsInvalid());
+  EXPECT_EQ(Targets(*restored), Targets(*learner));
+}
+
+// What the budget has room for; when it is full, the share that one frame may bring.
+TEST(OnlineLearner, TheFirstFrameFillsTheBudget) {
+  OnlineLearnerOptions options = OnlineSegmenterOptions::Default().learner;
+  options.SetDensity(0.0);
+  options.budget = {500, 0.25};
+  options.arrival_share = 0.2;
+  const auto learner = MakeLearner(options);
+  for (int frame = 1; frame <= 3; ++frame) {
+    LearnStreet(frame, *learner);
+    EXPECT_EQ(learner->model().size(), 500);
+    int64_t arrived = 0;
+    for (const int64_t birth : learner->model().birth_frames()) arrived += birth == frame;
+    EXPECT_EQ(arrived, frame == 1 ? 500 : 100);
+  }
+}
+
+TEST(OnlineLearner, TheZeroLabelIsChecked) {
+  OnlineLearnerOptions options;
+  for (const double wrong : {0.0, -0.1, 0.6, std::nan("")}) {
+    options.zero_label = wrong;
+    EXPECT_THAT(options.Validate().message(), testing::HasSubstr("zero_label"));
+  }
 }
 
 }  // namespace

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <string>
 #include <vector>
 
-#include "gtest/gtest.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::vision {
 namespace {
@@ -167,7 +166,7 @@ TEST(LocationPriorTest, BytesThatAreNoStateAreRefused) {
   infinite.replace(infinite.size() - 4, 4, reinterpret_cast<const char*>(&wrong[0]), 4);
   negative.replace(negative.size() - 4, 4, reinterpret_cast<const char*>(&wrong[1]), 4);
   for (const std::string& bytes : {std::string(), torn, before + "x", infinite, negative}) {
-    EXPECT_EQ(prior.Restore(bytes).code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(prior.Restore(bytes), IsInvalid());
     EXPECT_EQ(prior.ToBytes(), before);
   }
 }

@@ -1,7 +1,6 @@
 // A textured wall seen by a camera that moves sideways, and a square that moves on its own in front
 // of it: the smallest drive that has an answer.
-#ifndef EGOSIEVE_TESTS_VISION_SEGMENTATION_MOVING_SQUARE_H_
-#define EGOSIEVE_TESTS_VISION_SEGMENTATION_MOVING_SQUARE_H_
+#pragma once
 
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -54,5 +53,3 @@ class MovingSquare {
 };
 
 }  // namespace egosieve::vision
-
-#endif  // EGOSIEVE_TESTS_VISION_SEGMENTATION_MOVING_SQUARE_H_

@@ -1,11 +1,19 @@
 #include "vision/segmentation/online_segmenter.h"
 
-#include <algorithm>
+#include <cmath>
+#include <map>
 #include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <ostream>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
+#include "tests/testing/status.h"
+#include "tests/vision/segmentation/disturbed_drive.h"
 #include "tests/vision/segmentation/moving_square.h"
 
 namespace egosieve::vision {
@@ -15,17 +23,12 @@ class OnlineSegmenterTest : public testing::Test {
  protected:
   static std::unique_ptr<OnlineSegmenter> MakeSegmenter(OnlineSegmenterOptions options) {
     options.learner.training.annealing_evaluations = 20;
-    auto context = kernels::OpenContext();
-    EXPECT_TRUE(context.ok()) << context.status();
-    auto segmenter = OnlineSegmenter::Create(*context, options);
-    EXPECT_TRUE(segmenter.ok()) << segmenter.status();
-    return *std::move(segmenter);
+    auto context = Value(kernels::OpenContext());
+    return Value(OnlineSegmenter::Create(context, options));
   }
 
   OnlineSegmenter::Result Process(OnlineSegmenter& segmenter, const Frame& frame) {
-    auto result = segmenter.Process(frame);
-    EXPECT_TRUE(result.ok()) << result.status();
-    return *std::move(result);
+    return Value(segmenter.Process(frame));
   }
 
   // The share of pairs (pixel of the square, other pixel) that the map orders rightly.
@@ -165,11 +168,145 @@ TEST(OnlineSegmenterOptionsTest, ValidateNamesFieldAndValue) {
   EXPECT_EQ(options.Validate().message(), "stride_pixels = 0; it must be at least 1");
   options = OnlineSegmenterOptions();
   options.learner.calibration_sample_size = 1;
-  EXPECT_EQ(options.Validate().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(options.Validate(), IsInvalid());
   options = OnlineSegmenterOptions();
   options.learner.model_density.radius = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(options.Validate().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(options.Validate(), IsInvalid());
 }
+
+// What goes wrong with a camera in a long drive: every frame is answered, the log says why nothing
+// was learnt, and once the pictures are good again so are the maps.
+
+constexpr double kAllowedLoss = 0.02;
+
+cv::Mat Uniform(const cv::Mat& like, int value, double noise, uint64_t seed) {
+  return WithNoise(cv::Mat(like.size(), CV_8UC3, cv::Scalar::all(value)), noise, seed);
+}
+
+// The picture of a camera of 75 degrees that has turned about its vertical axis.
+cv::Mat Turned(const cv::Mat& image, double degrees) {
+  const double focal = 0.5 * image.cols / std::tan(37.5 * M_PI / 180.0);
+  const double angle = degrees * M_PI / 180.0;
+  const cv::Matx33d k(focal, 0, 0.5 * image.cols, 0, focal, 0.5 * image.rows, 0, 0, 1);
+  const cv::Matx33d r(std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0,
+                      std::cos(angle));
+  cv::Mat turned;
+  cv::warpPerspective(image, turned, k * r * k.inv(), image.size(), cv::INTER_LINEAR,
+                      cv::BORDER_REFLECT);
+  return turned;
+}
+
+// A blurred hand of skin's colour that covers most of the picture and trembles.
+cv::Mat WithHand(const cv::Mat& image, int step) {
+  cv::Mat covered = image.clone();
+  const cv::Point shake((step * 7) % 11 - 5, (step * 5) % 9 - 4);
+  cv::ellipse(covered, cv::Point(image.cols / 2, image.rows / 2) + shake,
+              cv::Size(image.cols * 6 / 10, image.rows * 6 / 10), 20.0, 0.0, 360.0,
+              cv::Scalar(110, 140, 200), cv::FILLED);
+  cv::GaussianBlur(covered, covered, cv::Size(), 5.0);
+  return WithNoise(covered, 2.0, step);
+}
+
+// A dark bar across the picture that moves from one side to the other.
+cv::Mat WithWiper(const cv::Mat& image, int step) {
+  cv::Mat wiped = image.clone();
+  const int x = image.cols * (step + 1) / 8;
+  cv::line(wiped, {x, 0}, {x - image.cols / 6, image.rows}, cv::Scalar::all(15), image.cols / 12);
+  return wiped;
+}
+
+// Into the sun: four fifths of the range are lost.
+cv::Mat WithGlare(const cv::Mat& image, int step) {
+  cv::Mat glaring;
+  image.convertTo(glaring, CV_8U, 5.0, 30.0);
+  return WithNoise(glaring, 1.0, 300 + step);
+}
+
+// A JPEG with a stretch of wrong bytes, as its decoder delivers it: from there on blocks of another
+// place and colour. What cannot be decoded at all never comes here.
+cv::Mat FromCorruptJpeg(const cv::Mat& image, int step) {
+  std::vector<uchar> bytes;
+  cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, 92});
+  const size_t begin = bytes.size() * (3 + step) / 8;
+  for (size_t i = begin; i < begin + 40; ++i) bytes[i] = static_cast<uchar>(i * 37 % 251);
+  const cv::Mat decoded = cv::imdecode(bytes, cv::IMREAD_COLOR);
+  EXPECT_EQ(decoded.size(), image.size());
+  EXPECT_GT(cv::norm(decoded, image, cv::NORM_INF), 50.0) << "the picture is whole";
+  return decoded;
+}
+
+cv::Mat OfAnotherSize(const cv::Mat& image, int step) {
+  cv::Mat other;
+  cv::resize(image, other, cv::Size(160 + 40 * step, 100));
+  return other;
+}
+
+const std::vector<Disturbance>& Disturbances() {
+  static const auto& disturbances = *new std::vector<Disturbance>{
+      {"FramesMissing", nullptr, 0, false, 2},
+      {"Black", [](const cv::Mat& last, int step) { return Uniform(last, 2, 1.0, step); }, 6, true},
+      {"OverExposed", [](const cv::Mat& last, int step) { return Uniform(last, 255, 1.0, step); },
+       6, true},
+      {"Glare", WithGlare},
+      {"AllGrey", [](const cv::Mat& last, int step) { return Uniform(last, 128, 3.0, step); }, 6,
+       true},
+      {"Duplicated", [](const cv::Mat& last, int) { return last.clone(); }, 6, true},
+      {"CorruptJpegs", FromCorruptJpeg, 4},
+      {"SizeChangedForAWhile", OfAnotherSize, 3, true},
+      {"SizeChangedForGood", nullptr, 0, false, 0, cv::Size(232, 130)},
+      {"StandingStill", StandingStill, 30},
+      {"StandingAmongMovers", StandingAmongMovers, 30},
+      {"PureRotation",
+       [](const cv::Mat& last, int step) {
+         return WithNoise(Turned(last, 1.5 * (5 - std::abs(step - 5))), 2.0, 200 + step);
+       },
+       10},
+      {"HandOverTheLens", WithHand},
+      {"Wiper", WithWiper},
+  };
+  return disturbances;
+}
+
+struct Case {
+  Disturbance disturbance;
+  DriveProfile profile;
+};
+
+void PrintTo(const Case& test, std::ostream* out) { *out << test.disturbance.name; }
+
+std::vector<Case> Cases() {
+  std::vector<Case> cases;
+  for (const Disturbance& disturbance : Disturbances()) {
+    cases.push_back({disturbance, DriveProfile::kDefault});
+    if (!disturbance.nothing_is_learnt) cases.push_back({disturbance, DriveProfile::kFast});
+  }
+  return cases;
+}
+
+// Computed once.
+double Undisturbed(DriveProfile profile, cv::Size size) {
+  static auto& known = *new std::map<std::pair<DriveProfile, int>, double>;
+  const auto [place, is_new] = known.try_emplace({profile, size.width});
+  if (is_new) place->second = UndisturbedAuc(profile, size);
+  return place->second;
+}
+
+class DisturbanceTest : public testing::TestWithParam<Case> {};
+
+TEST_P(DisturbanceTest, LeavesTheModelSound) {
+  const Disturbance& disturbance = GetParam().disturbance;
+  const double undisturbed = Undisturbed(GetParam().profile, disturbance.size_after);
+  EXPECT_GT(undisturbed, 0.8);
+  const double disturbed = AucOfTheEnd(GetParam().profile, disturbance);
+  RecordProperty("auc", std::to_string(disturbed));
+  RecordProperty("loss", std::to_string(undisturbed - disturbed));
+  EXPECT_GE(disturbed, undisturbed - kAllowedLoss);
+}
+
+INSTANTIATE_TEST_SUITE_P(Drives, DisturbanceTest, testing::ValuesIn(Cases()), [](const auto& test) {
+  return test.param.disturbance.name +
+         (test.param.profile == DriveProfile::kFast ? "Fast" : "Default");
+});
 
 }  // namespace
 }  // namespace egosieve::vision

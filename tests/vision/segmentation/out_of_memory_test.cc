@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <memory>
 
-#include "gtest/gtest.h"
 #include "kernels/base/exception_status.h"
 #include "kernels/runtime/context.h"
+#include "tests/testing/status.h"
 #include "tests/vision/segmentation/moving_square.h"
 #include "vision/segmentation/online_segmenter.h"
 
@@ -40,18 +40,15 @@ TEST(OutOfMemory, IsAnErrorWhicheverAllocationFails) {
   const MovingSquare drive;
   auto options = OnlineSegmenterOptions::Default();
   options.learner.training.annealing_evaluations = 20;
-  auto context = kernels::OpenContext();
-  ASSERT_TRUE(context.ok()) << context.status();
+  auto context = Value(kernels::OpenContext());
   constexpr int64_t kCalls = 12;
   for (int64_t call = 0; call <= kCalls; ++call) {
-    auto segmenter = OnlineSegmenter::Create(*context, options);
-    ASSERT_TRUE(segmenter.ok()) << segmenter.status();
-    ASSERT_TRUE((*segmenter)->Process(drive.At(0)).ok());
-    auto extracted = (*segmenter)->Extract(drive.At(1));
-    ASSERT_TRUE(extracted.ok()) << extracted.status();
+    auto segmenter = Value(OnlineSegmenter::Create(context, options));
+    ASSERT_TRUE(segmenter->Process(drive.At(0)).ok());
+    auto extracted = Value(segmenter->Extract(drive.At(1)));
     calls_until_refusal = call < kCalls ? call : -1;
     const auto learnt = kernels::CatchExceptions(
-        [&] { return (*segmenter)->Learn(drive.At(1), *extracted, false, {}); });
+        [&] { return segmenter->Learn(drive.At(1), extracted, false, {}); });
     const bool was_refused = call < kCalls && calls_until_refusal < 0;
     calls_until_refusal = -1;
     EXPECT_EQ(was_refused, call < kCalls) << "call " << call;

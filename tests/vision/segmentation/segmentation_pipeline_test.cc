@@ -1,15 +1,14 @@
 #include "vision/segmentation/segmentation_pipeline.h"
 
 #include <algorithm>
-#include <atomic>
 #include <memory>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
+#include "tests/testing/status.h"
 #include "tests/vision/segmentation/moving_square.h"
 #include "vision/segmentation/bounded_queue.h"
 #include "vision/segmentation/stage_timer.h"
@@ -59,11 +58,8 @@ std::unique_ptr<OnlineSegmenter> MakeSegmenter(ModelKind kind = ModelKind::kExac
   options.learner.arrival_share = 0.1;
   options.learner.training.rebuild_threshold = 1000.0;
   options.residual_weight = 0.3;
-  auto context = kernels::OpenContext();
-  EXPECT_TRUE(context.ok()) << context.status();
-  auto segmenter = OnlineSegmenter::Create(*context, options);
-  EXPECT_TRUE(segmenter.ok()) << segmenter.status();
-  return *std::move(segmenter);
+  auto context = Value(kernels::OpenContext());
+  return Value(OnlineSegmenter::Create(context, options));
 }
 
 struct DriveRun {

@@ -1,14 +1,13 @@
 #include "vision/synthetic/street.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
 #include <opencv2/core.hpp>
 #include <set>
+
+#include "tests/testing/status.h"
 
 namespace egosieve::vision {
 namespace {
@@ -33,11 +32,10 @@ bool SameBytes(const cv::Mat& a, const cv::Mat& b) {
 class EveryScenarioTest : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(EveryScenarioTest, TruthIsConsistent) {
-  const absl::StatusOr<Scenario> scenario = MakeScenario(GetParam(), 5, Small());
-  ASSERT_TRUE(scenario.ok()) << scenario.status();
+  const Scenario scenario = Value(MakeScenario(GetParam(), 5, Small()));
   int moving_pixels = 0;
   for (const int t : {0, 45, 90, 149}) {
-    const SyntheticFrame frame = *scenario->Render(t);
+    const SyntheticFrame frame = *scenario.Render(t);
     ASSERT_EQ(frame.image.type(), CV_8UC3);
     ASSERT_EQ(frame.image.size(), cv::Size(160, 90));
     std::map<int, const ObjectState*> objects;
@@ -240,7 +238,7 @@ TEST(StreetTest, WrongRequestsAreRefusedInWords) {
   EXPECT_THAT(std::string(MakeScenario("motorway", 1).status().message()), HasSubstr("overtaking"));
   ScenarioOptions options = Small();
   options.frames_per_second = std::nan("");
-  EXPECT_EQ(MakeScenario("street", 1, options).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(MakeScenario("street", 1, options), IsInvalid());
   options = Small();
   options.radial = -0.4;  // turns back before the corners
   EXPECT_THAT(std::string(MakeScenario("street", 1, options).status().message()),

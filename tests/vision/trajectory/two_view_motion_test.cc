@@ -1,13 +1,12 @@
 #include "vision/trajectory/two_view_motion.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
 #include <vector>
 
+#include "gmock/gmock.h"
 #include "tests/vision/evidence/point_street.h"
 
 namespace egosieve::vision {
@@ -198,7 +197,7 @@ TEST(TwoViewMotion, OptionsNameWhatIsWrong) {
   TwoViewMotionOptions options;
   EXPECT_TRUE(options.Validate().ok());
   options.directions = 3;
-  EXPECT_NE(std::string(options.Validate().message()).find("directions"), std::string::npos);
+  EXPECT_THAT(options.Validate().message(), testing::HasSubstr("directions"));
 }
 
 }  // namespace

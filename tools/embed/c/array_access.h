@@ -1,7 +1,6 @@
 // The caller's arrays: checked first, then read and written element by element with their strides,
 // or in place if they are packed float32. Errors are InvalidArgument and name the argument.
-#ifndef EGOSIEVE_TOOLS_EMBED_C_ARRAY_ACCESS_H_
-#define EGOSIEVE_TOOLS_EMBED_C_ARRAY_ACCESS_H_
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -68,5 +67,3 @@ kernels::ImageView ViewImage(const char* name, const egosieve_image* image,
                              std::vector<uint8_t>& storage);
 
 }  // namespace egosieve::embed
-
-#endif  // EGOSIEVE_TOOLS_EMBED_C_ARRAY_ACCESS_H_

@@ -1,8 +1,7 @@
 // What all calls of the C interface share: errors, and the caller's pointers, texts and structs.
 //
 // Within a call an error is thrown; Guard makes it the call's code and the thread's last error.
-#ifndef EGOSIEVE_TOOLS_EMBED_C_CALL_H_
-#define EGOSIEVE_TOOLS_EMBED_C_CALL_H_
+#pragma once
 
 #include <cstdint>
 #include <cstring>
@@ -139,5 +138,3 @@ inline void GiveBytes(std::string_view text, void* bytes, int64_t capacity, int6
 }
 
 }  // namespace egosieve::embed
-
-#endif  // EGOSIEVE_TOOLS_EMBED_C_CALL_H_

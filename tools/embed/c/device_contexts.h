@@ -1,6 +1,5 @@
 // One context per device, shared by all objects on it, so that programs are compiled once.
-#ifndef EGOSIEVE_TOOLS_EMBED_C_DEVICE_CONTEXTS_H_
-#define EGOSIEVE_TOOLS_EMBED_C_DEVICE_CONTEXTS_H_
+#pragma once
 
 #include <memory>
 
@@ -22,5 +21,3 @@ absl::StatusOr<std::shared_ptr<kernels::Context>> ContextOn(void* opencl_context
                                                             void* opencl_device);
 
 }  // namespace egosieve::embed
-
-#endif  // EGOSIEVE_TOOLS_EMBED_C_DEVICE_CONTEXTS_H_

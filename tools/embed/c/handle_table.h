@@ -6,8 +6,7 @@
 // therefore matches no slot until 2^32 objects later. The lowest bit is set because no object of
 // the caller has such an address. Find gives shared ownership: if an object is freed while another
 // thread uses it, it is destroyed when that thread has finished.
-#ifndef EGOSIEVE_TOOLS_EMBED_C_HANDLE_TABLE_H_
-#define EGOSIEVE_TOOLS_EMBED_C_HANDLE_TABLE_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -127,5 +126,3 @@ egosieve_status Free(const char* function, Handle* handle) {
 }
 
 }  // namespace egosieve::embed
-
-#endif  // EGOSIEVE_TOOLS_EMBED_C_HANDLE_TABLE_H_

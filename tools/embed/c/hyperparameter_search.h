@@ -35,8 +35,7 @@
 //
 // A sparse model's inducing inputs are chosen at the start and again where the ascent ended, until
 // J, with the inputs chosen at its theta, rises by less than 0.1.
-#ifndef EGOSIEVE_TOOLS_EMBED_C_HYPERPARAMETER_SEARCH_H_
-#define EGOSIEVE_TOOLS_EMBED_C_HYPERPARAMETER_SEARCH_H_
+#pragma once
 
 #include <cstdint>
 #include <optional>
@@ -69,5 +68,3 @@ SearchResult SearchHyperparameters(
 gp::SparseLikelihoodOptions SparseObjectiveOf(const gp::SparseModelOptions& options);
 
 }  // namespace egosieve::embed
-
-#endif  // EGOSIEVE_TOOLS_EMBED_C_HYPERPARAMETER_SEARCH_H_

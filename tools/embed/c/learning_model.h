@@ -3,8 +3,7 @@
 // A LearningModel is an exact or a sparse model, its calibration, the posterior made from both, and
 // a lock. Changes wait for each other. Posterior() waits for a change in progress, and makes the
 // posterior if the model has changed since the last call. Evaluating a posterior needs no lock.
-#ifndef EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_
-#define EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -129,5 +128,3 @@ struct HandleOf<egosieve_posterior> {
 };
 
 }  // namespace egosieve::embed
-
-#endif  // EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_

@@ -15,8 +15,7 @@
 //   grey             i8 [F]     1 where the frame has one channel
 //   times            f8 [F]     seconds
 //   frame_0, ...     u1 [height, width * channels]
-#ifndef EGOSIEVE_TOOLS_EMBED_C_SEGMENTER_SESSION_H_
-#define EGOSIEVE_TOOLS_EMBED_C_SEGMENTER_SESSION_H_
+#pragma once
 
 #include <cstdint>
 #include <deque>
@@ -99,5 +98,3 @@ struct HandleOf<egosieve_segmenter> {
 };
 
 }  // namespace egosieve::embed
-
-#endif  // EGOSIEVE_TOOLS_EMBED_C_SEGMENTER_SESSION_H_

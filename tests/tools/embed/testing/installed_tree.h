@@ -1,7 +1,6 @@
 // The tree that `./run install` makes, in a folder of the test's own, and programs run as in a
 // shell that knows nothing of this repository.
-#ifndef EGOSIEVE_TESTS_TOOLS_EMBED_TESTING_INSTALLED_TREE_H_
-#define EGOSIEVE_TESTS_TOOLS_EMBED_TESTING_INSTALLED_TREE_H_
+#pragma once
 
 #include <string>
 
@@ -34,5 +33,3 @@ bool IsInstrumented();
 std::string NewFolder(const std::string& name);
 
 }  // namespace egosieve::embed
-
-#endif  // EGOSIEVE_TESTS_TOOLS_EMBED_TESTING_INSTALLED_TREE_H_

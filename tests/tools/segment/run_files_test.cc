@@ -1,0 +1,192 @@
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "kernels/files/atomic_file.h"
+#include "tests/testing/status.h"
+#include "tools/segment/lens_file.h"
+#include "tools/segment/run_camera.h"
+#include "tools/segment/run_verdict.h"
+#include "tools/segment/trajectory_file.h"
+
+namespace egosieve::tools {
+namespace {
+
+using Outcome = FrameLine::Outcome;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+std::string Written(const std::string& name, const std::string& text) {
+  const std::string path = std::string(std::getenv("TEST_TMPDIR")) + "/" + name;
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(LensFile, ColmapsCameras) {
+  const std::string text =
+      "# Camera list with one line of data per camera:\n"
+      "# Number of cameras: 1\n"
+      "1 OPENCV 1920 1080 1500.0 1540.0 960 540 0.01 0 0 0\n";
+  EXPECT_DOUBLE_EQ(*FocalRatioOfColmap(text), 1520.0 / 1920.0);
+  EXPECT_DOUBLE_EQ(*FocalRatioOfColmap("1 SIMPLE_RADIAL 600 800 400 300 400 0.1"), 0.5);
+  EXPECT_DOUBLE_EQ(*ReadFocalRatio(Written("cameras.txt", text)), 1520.0 / 1920.0);
+}
+
+TEST(LensFile, ARunsCamera) {
+  const std::string path =
+      Written("camera.json", R"({"focal_pixels": 720, "width": 1440, "height": 400})");
+  EXPECT_DOUBLE_EQ(*ReadFocalRatio(path), 0.5);
+}
+
+TEST(LensFile, WhatIsWrongIsNamed) {
+  const auto message = [](const std::string& text) {
+    return std::string(FocalRatioOfColmap(text).status().message());
+  };
+  EXPECT_THAT(message("# nothing\n"), testing::HasSubstr("no camera"));
+  EXPECT_THAT(message("1 MAGIC 10 10 5"), testing::HasSubstr("MAGIC is not known"));
+  EXPECT_THAT(message("1 PINHOLE 10 10 5"), testing::HasSubstr("a focal length is missing"));
+  EXPECT_THAT(message("1 PINHOLE 10 10 5 -4 5 5"), testing::HasSubstr("must be a positive"));
+  EXPECT_THAT(message("1 PINHOLE ten 10 5 4 5 5"), testing::HasSubstr("width and height"));
+  const std::string path = Written("bad.json", R"({"width": 1440})");
+  EXPECT_THAT(ReadFocalRatio(path).status().message(), testing::HasSubstr("bad.json"));
+  EXPECT_EQ(ReadFocalRatio(path + ".gone").status().code(), absl::StatusCode::kNotFound);
+}
+
+std::string Folder() {
+  const std::string folder = testing::TempDir() + "/run_camera";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+bool AreEqual(const cv::Mat1b& a, const cv::Mat1b& b) {
+  return a.size() == b.size() && (a.empty() || cv::norm(a, b, cv::NORM_INF) == 0.0);
+}
+
+// What a resumed run reads is what the first one had.
+TEST(RunCamera, IsReadAsWritten) {
+  const std::string folder = Folder();
+  RunCamera camera;
+  camera.text =
+      R"({"focal_pixels": 50.0, "width": 64, "height": 48, "log_focal_deviation": 0.1, "pairs": 3,)"
+      R"( "own_vehicle_share": 0.5, "fixed_pattern": true, "windscreen": true})";
+  camera.own_vehicle = cv::Mat1b::zeros(48, 64);
+  camera.own_vehicle(cv::Rect(0, 24, 64, 24)) = 255;
+  camera.windscreen = cv::Mat1b::zeros(48, 64);
+  camera.windscreen(cv::Rect(10, 10, 5, 7)) = 255;
+  camera.fixed_pattern = cv::Mat1b(48, 64, 77);
+  ASSERT_TRUE(WriteRunCamera(folder, camera).ok());
+  const auto read = ReadRunCamera(folder);
+  ASSERT_TRUE(read.ok() && read->has_value()) << read.status();
+  EXPECT_TRUE(AreEqual((*read)->own_vehicle, camera.own_vehicle));
+  EXPECT_TRUE(AreEqual((*read)->windscreen, camera.windscreen));
+  EXPECT_TRUE(AreEqual((*read)->fixed_pattern, camera.fixed_pattern));
+  EXPECT_DOUBLE_EQ((*read)->focal_ratio, 50.0 / 64.0);
+}
+
+TEST(RunCamera, ALackingWindscreenIsAnError) {
+  const std::string folder = Folder();
+  ASSERT_TRUE(kernels::WriteFileAtomically(
+                  folder + "/camera.json",
+                  R"({"focal_pixels": 50.0, "width": 64, "height": 48, "windscreen": true})")
+                  .ok());
+  EXPECT_FALSE(ReadRunCamera(folder).ok());
+}
+
+TEST(RunCamera, AFolderWithoutOneHasNone) {
+  const auto read = Value(ReadRunCamera(Folder()));
+  EXPECT_FALSE(read.has_value());
+}
+
+// `learnt` frames, and then others that are answered for the reason, with doubt or without.
+RunVerdict Judge(int learnt, int answered, const std::string& reason, const std::string& doubt) {
+  DriveWriter::Counts counts((RunDescription()));
+  for (int i = 0; i < learnt + answered; ++i) {
+    FrameLine line;
+    line.index = i;
+    line.outcome = i < learnt ? Outcome::kLearnt : Outcome::kAnswered;
+    if (i >= learnt) {
+      line.reason = reason;
+      line.doubt = doubt;
+    }
+    counts.Add(line);
+  }
+  return JudgeRun(counts, "");
+}
+
+TEST(RunVerdict, ARunThatLearntFromNothingOrFewFramesIsNoSuccess) {
+  const RunVerdict nothing = Judge(0, 9, "only 3 features", "only 3 features");
+  EXPECT_EQ(nothing.code, ExitCode::kFramesFailed);
+  EXPECT_THAT(nothing.warnings, ElementsAre(HasSubstr("nothing was learnt")));
+
+  const RunVerdict few = Judge(4, 5, "only 3 features", "only 3 features");
+  EXPECT_EQ(few.code, ExitCode::kFramesFailed);
+  EXPECT_THAT(few.warnings, ElementsAre(HasSubstr("only 4 of 9 frames were learnt from")));
+
+  const RunVerdict half = Judge(5, 5, "only 3 features", "only 3 features");
+  EXPECT_EQ(half.code, ExitCode::kDone);
+  EXPECT_THAT(half.warnings, IsEmpty());
+}
+
+// The same picture again, as where a camera's pictures were doubled.
+TEST(RunVerdict, RepeatedPicturesDoNotCount) {
+  EXPECT_EQ(Judge(4, 20, "the same picture as the frame before", "").code, ExitCode::kDone);
+  EXPECT_EQ(Judge(0, 20, "the same picture as the frame before", "").code, ExitCode::kFramesFailed);
+}
+
+TEST(RunVerdict, AnInputThatEndsTooEarlyIsNoSuccess) {
+  const RunVerdict verdict = JudgeRun(DriveWriter::Counts((RunDescription())), "a.mp4: cut short");
+  EXPECT_EQ(verdict.code, ExitCode::kFramesFailed);
+  EXPECT_THAT(verdict.warnings, ElementsAre("a.mp4: cut short"));
+}
+
+// Rows of seconds, centre and quaternion (x, y, z, w); lines with # are comments.
+std::vector<std::array<double, 8>> Poses(const std::string& text) {
+  std::vector<std::array<double, 8>> poses;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream numbers(line);
+    for (double& number : poses.emplace_back()) numbers >> number;
+    EXPECT_FALSE(numbers.fail()) << line;
+  }
+  return poses;
+}
+
+TEST(TrajectoryFile, PosesAreReadAgainAsTheyAre) {
+  std::vector<FrameLine> lines(11);
+  for (int k = 0; k < 11; ++k) {
+    lines[k].index = k;
+    lines[k].time_seconds = 0.1 * k;
+    if (k == 0) continue;
+    lines[k].step.known = true;
+    lines[k].step.rotation = Eigen::Vector3d(0.0, 0.05, 0.0);
+    lines[k].step.direction = Eigen::Vector3d(0.0, 0.0, -1.0);
+    lines[k].step.heights = 2.0;
+  }
+  const auto poses = Poses(TrajectoryText(lines));
+  ASSERT_EQ(poses.size(), 11u);
+  EXPECT_DOUBLE_EQ(poses[10][0], 1.0);
+  const auto centre = [&](int k) { return Eigen::Vector3d(poses[k][1], poses[k][2], poses[k][3]); };
+  EXPECT_EQ(centre(0).norm(), 0.0);
+  const Eigen::AngleAxisd turn(
+      Eigen::Quaterniond(poses[10][7], poses[10][4], poses[10][5], poses[10][6]).normalized());
+  EXPECT_NEAR(turn.angle(), 0.5, 1e-6);
+  EXPECT_NEAR(turn.axis()(1), -1.0, 1e-6);  // the camera turns the other way than its picture
+  // Chords of 2 on a circle: 10 sides that turn by 0.05 each.
+  EXPECT_NEAR(centre(10).norm(), 2.0 * std::sin(0.25) / std::sin(0.025), 1e-4);
+}
+
+TEST(TrajectoryFile, WithoutStepsThereIsNone) {
+  EXPECT_EQ(TrajectoryText(std::vector<FrameLine>(3)), "");
+}
+
+}  // namespace
+}  // namespace egosieve::tools
