@@ -39,7 +39,6 @@ NOT_RUN = {
     './run install': 'builds the program again: tests/tools/embed/install installs it',
     './run wheel': 'builds for other machines, with packages from the network',
     './run tune': 'minutes: tests/tools/tune tunes small cases',
-    'out/street': '350 frames; minutes',
     'bazel ': 'builds tests',
     'tests/mutation/mutate.py': 'builds the program for each mutant; hours',
     './run evaluate folds': 'needs suites of several clips: tests/tools/evaluate has folds',

@@ -23,8 +23,9 @@ void QuietLibraries() {
       cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
       cv::redirectError(IgnoreError);  // exceptions are still thrown
     }
-    if (std::getenv("OPENCV_FFMPEG_LOGLEVEL") == nullptr) av_log_set_level(AV_LOG_QUIET);
   });
+  // Not once: OpenCV sets another level where it opens a video.
+  if (std::getenv("OPENCV_FFMPEG_LOGLEVEL") == nullptr) av_log_set_level(AV_LOG_QUIET);
 }
 
 }  // namespace egosieve::vision
