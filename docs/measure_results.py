@@ -107,7 +107,7 @@ MEASUREMENTS = {
         "{bench} --benchmark_filter='BM_DensePosterior(Mean|Variance)' --benchmark_format=json",
         benchmarks,
     ),
-    "kills": ("{kill_soak} --seconds=300", clock),
+    "kills": ("{kill_soak} --seconds=120", clock),
 }
 
 
