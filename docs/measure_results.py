@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures the figures of docs/results.md at the present commit, and writes the page.
 
-    ./run results                  all: docs/results.json, then the page from docs/results.template.md; about half an hour
+    ./run results                  all: docs/results.json, then the page from docs/results.md.in; about half an hour
     ./run results davis demo       these alone; the page says where another commit gave the others
     ./run results --page           the page alone, from results.json
 
@@ -25,6 +25,8 @@ OUT = ROOT / "out" / "results"
 DATA = Path(os.environ.get("EGOSIEVE_DATA", ROOT.parent / "shared" / "data"))
 EVALUATE = "tools/evaluate/egosieve-eval"
 SUITE = f"{EVALUATE} suite {{data}}/%s --max-frames=24 --no-plots -q --out={{out}}/%s"
+
+DRIVING = "mkdir -p {out}/driving; for d in kitti-cyclist kitti-residential kt3dmoseg; do ln -sfn $(realpath {data}/$d) {out}/driving/$d; done; "
 
 
 def suite(name):
@@ -83,8 +85,8 @@ def clock(name):
 MEASUREMENTS = {
     "davis_train": (SUITE % ("davis-train", "davis_train"), lambda n: suite(n) | doubt(n)),
     "davis": (SUITE % ("davis", "davis"), suite),
-    "real": (SUITE % ("", "real"), suite),
-    "live": (SUITE % ("", "live") + " --no-masks --segment-flags='--ahead=0 --no_first_pass'", suite),
+    "real": (DRIVING + (SUITE % ("", "real")).replace("{data}/", "{out}/driving"), suite),
+    "live": (DRIVING + (SUITE % ("", "live")).replace("{data}/", "{out}/driving") + " --no-masks --segment-flags='--ahead=0 --no_first_pass'", suite),
     "dashcam": (
         "{program} segment {data}/highway/dashcam_reflections.mp4 --out={out}/dashcam --overwrite --progress=none && "
         f"{EVALUATE} {{out}}/dashcam --boxes=tests/tools/evaluate/labels/dashcam_reflections.csv --no-plots -q",
@@ -136,15 +138,14 @@ def measure(name, record):
     print(f"results: {name}, {seconds:.0f} s", flush=True)
 
 
-def write_page(record):
-    """docs/results.md."""
+def page(record):
+    """docs/results.md; KeyError while a measurement is missing."""
     states = {(m["commit"], m["date"], m["machine"]) for m in record.values()}
     told = "; ".join(f"commit {commit}, {day}, {where}" for commit, day, where in sorted(states))
-    values = {name: {"command": m["command"].replace("bazel-bin/tools/egosieve", "./run"), **m["figures"]} for name, m in record.items()}
+    values = {name: {"command": record[name]["command"], **record[name]["figures"]} for name in MEASUREMENTS}
     rates = "\n".join(f"| {name} | {rate:.2f} |" for name, rate in values["gp"].items() if name.startswith("BM_"))
     hours = 36e6 * values["speed"]["default_processor"] / 3600
-    page = (ROOT / "docs" / "results.template.md").read_text().format(state=told, gp_rows=rates, thousand=f"{hours:,.0f}", **values)
-    (ROOT / "docs" / "results.md").write_text(page)
+    return (ROOT / "docs" / "results.md.in").read_text().format(state=told, gp_rows=rates, thousand=f"{hours:,.0f}", **values)
 
 
 def main():
@@ -162,7 +163,7 @@ def main():
         if "{data}" not in MEASUREMENTS[name][0] or DATA.is_dir():
             measure(name, record)
             file.write_text(json.dumps(record, indent=1) + "\n")
-    write_page(record)
+    (ROOT / "docs" / "results.md").write_text(page(record))
 
 
 if __name__ == "__main__":
