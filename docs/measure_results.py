@@ -15,6 +15,7 @@ import os
 import platform
 import re
 import shlex
+import shutil
 import subprocess
 import time
 from datetime import date
@@ -104,12 +105,12 @@ MEASUREMENTS = {
         methods,
     ),
     "first_mask": ("rm -rf {out}/cows; {program} run {data}/davis/cows/frames --out={out}/cows --progress=none", clock),
-    "speed": ("bench/drive/bench_drive.py --frames=60 --profiles=default,fast,opencv", profiles),
+    "speed": ("bench/drive/bench_drive.py --frames=40 --profiles=default,fast,opencv", profiles),
     "gp": (
         "{bench} --benchmark_filter='BM_DensePosterior(Mean|Variance)' --benchmark_format=json",
         benchmarks,
     ),
-    "kills": ("{kill_soak} --seconds=120", clock),
+    "kills": ("{kill_soak} --seconds=60", clock),
 }
 
 
@@ -125,6 +126,7 @@ def measure(name, record):
     template, read = MEASUREMENTS[name]
     names = {"program": "bazel-bin/tools/egosieve", "bench": "bazel-bin/bench/bench", "kill_soak": "bazel-bin/tests/tools/faults/kill_soak"}
     command = template.format(data=shlex.quote(os.path.relpath(DATA, ROOT)), out="out/results", **names)
+    shutil.rmtree(OUT / name, ignore_errors=True)  # a suite would use its former runs
     start = time.monotonic()
     with open(OUT / f"{name}.log", "w") as log:
         environment = os.environ | {"EGOSIEVE_DATA": str(DATA), "EGOSIEVE_PROGRAM": str(ROOT / names["program"])}
