@@ -67,14 +67,8 @@ def profiles(name):
 
 def benchmarks(name):
     """Rates of Google Benchmark, in units of 1e9 per second, by name."""
-    found = json.loads((OUT / f"{name}.log").read_text())["benchmarks"]
-    return {re.sub(r"\W+", "_", b["name"]): b.get("items_per_second", 0.0) / 1e9 for b in found}
-
-
-def methods(name):
-    """AUC and J of each method of compare.py."""
-    table = json.loads((OUT / name / "compare.json").read_text())
-    return {f"{m['method']}_{key}": m[key] for m in table for key in ("auc", "j")}
+    found = json.loads((OUT / f"{name}.json").read_text())["benchmarks"]
+    return {b["name"]: b["evaluations_per_second"] / 1e9 for b in found if "evaluations_per_second" in b}
 
 
 def clock(name):
@@ -98,16 +92,10 @@ MEASUREMENTS = {
         f"--overwrite --progress=none || exit 1; done; {EVALUATE} suite {{out}}/fresh --no-plots -q --out={{out}}/drives",
         suite,
     ),
-    "compare": (
-        "mkdir -p {out}/two && ln -sfn $(realpath {data}/davis-train/hike) {out}/two/hike && "
-        "ln -sfn $(realpath {data}/davis-train/bus) {out}/two/bus && "
-        "tools/evaluate/compare.py {out}/two --max_frames=12 --out={out}/compare",
-        methods,
-    ),
-    "first_mask": ("rm -rf {out}/cows; {program} run {data}/davis/cows/frames --out={out}/cows --progress=none", clock),
+    "first_mask": ("rm -rf {out}/cows; {program} run {data}/davis/cows/frames --out={out}/cows", clock),
     "speed": ("bench/drive/bench_drive.py --frames=40 --profiles=default,fast,opencv", profiles),
     "gp": (
-        "{bench} --benchmark_filter='BM_DensePosterior(Mean|Variance)' --benchmark_format=json",
+        "{bench} --benchmark_filter='BM_DensePosterior(Mean|Variance)' --json={out}/gp.json",
         benchmarks,
     ),
     "kills": ("{kill_soak} --seconds=60", clock),

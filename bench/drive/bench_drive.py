@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The cost per frame of a long drive, as JSON.
 
     ./run bench_drive [--frames N] [--profiles default,fast,paper,paper_full,opencv] [--megapixels X] [--threads N] [--budget N]

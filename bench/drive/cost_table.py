@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """How the cost of a drive grows with the pictures' size, the model's points, cores and the drive's length.
 
     bench/drive/cost_table.py [--profile NAME] [--out DIR] [--quick]
