@@ -30,7 +30,6 @@ NOT_RUN = {
     'ns-train': 'needs nerfstudio and a GPU',
     'python train.py': "a program of Gaussian splatting's authors; needs a GPU",
     'shared/data': 'needs data outside the repository; minutes to hours',
-    'out/dashcam': 'needs data outside the repository, or minutes',
     './run bench': 'builds the benchmarks; minutes to hours',
     'bench/drive/': 'benchmarks; minutes to hours',
     './run demo': 'builds the program, minutes: tests/run/demo_test.sh runs the script',
