@@ -12,20 +12,25 @@ results.json has the commit, the machine, and of each measurement its command an
 import argparse
 import json
 import os
-import platform
 import re
 import shlex
 import shutil
 import subprocess
+import sys
 import time
 from datetime import date
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(ROOT / "bench" / "drive"))
+
+from machine import machine  # noqa: E402
+
 OUT = ROOT / "out" / "results"
 DATA = Path(os.environ.get("EGOSIEVE_DATA", ROOT.parent / "shared" / "data"))
 EVALUATE = "tools/evaluate/egosieve-eval"
-SUITE = f"{EVALUATE} suite {{data}}/%s --max-frames=24 --no-plots -q --out={{out}}/%s"
+SUITE = f"{EVALUATE} suite %s --max-frames=24 --no-plots -q --out={{out}}/%s"
 
 DRIVING = "mkdir -p {out}/driving; for d in kitti-cyclist kitti-residential kt3dmoseg; do ln -sfn $(realpath {data}/$d) {out}/driving/$d; done; "
 
@@ -78,10 +83,10 @@ def clock(name):
 
 # name: what it runs, and how its figures are read. The run's own seconds are always among them.
 MEASUREMENTS = {
-    "davis_train": (SUITE % ("davis-train", "davis_train"), lambda n: suite(n) | doubt(n)),
-    "davis": (SUITE % ("davis", "davis"), suite),
-    "real": (DRIVING + (SUITE % ("", "real")).replace("{data}/", "{out}/driving"), suite),
-    "live": (DRIVING + (SUITE % ("", "live")).replace("{data}/", "{out}/driving") + " --no-masks --segment-flags='--ahead=0 --no_first_pass'", suite),
+    "davis_train": (SUITE % ("{data}/davis-train", "davis_train"), lambda n: suite(n) | doubt(n)),
+    "davis": (SUITE % ("{data}/davis", "davis"), suite),
+    "real": (DRIVING + SUITE % ("{out}/driving", "real"), suite),
+    "live": (DRIVING + SUITE % ("{out}/driving", "live") + " --no-masks --segment-flags='--ahead=0 --no_first_pass'", suite),
     "dashcam": (
         "{program} segment {data}/highway/dashcam_reflections.mp4 --out={out}/dashcam --overwrite --progress=none && "
         f"{EVALUATE} {{out}}/dashcam --boxes=tests/tools/evaluate/labels/dashcam_reflections.csv --no-plots -q",
@@ -102,13 +107,6 @@ MEASUREMENTS = {
 }
 
 
-def machine():
-    """The processor's name as the system gives it, its cores, and whether it has AVX-512."""
-    cpu = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
-    name = re.search(r"model name\s*: (.*)", cpu)
-    return f"{os.cpu_count()} cores, {name.group(1) if name else platform.machine()}, {'AVX-512' if 'avx512f' in cpu else 'no AVX-512'}"
-
-
 def measure(name, record):
     """One measurement, into the record; its output in out/results/NAME.log."""
     template, read = MEASUREMENTS[name]
@@ -122,7 +120,9 @@ def measure(name, record):
     if done.returncode not in (0, 4):
         raise SystemExit(f"results: {name}: exit code {done.returncode}: {command}")
     seconds = time.monotonic() - start
-    commit = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    git = lambda *words: subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=False)  # noqa: E731
+    changed = git("diff", "--quiet", "HEAD", "--", ".", ":!docs").returncode != 0
+    commit = git("rev-parse", "--short=8", "HEAD").stdout.strip() + "-dirty" * changed
     record[name] = {"command": command, "commit": commit, "date": str(date.today()), "machine": machine(), "load": os.getloadavg()[0],
                     "figures": {"seconds": seconds, "last_line": (OUT / f"{name}.log").read_text().strip().split("\n")[-1][:200], **read(name)}}  # fmt: skip
     print(f"results: {name}, {seconds:.0f} s", flush=True)

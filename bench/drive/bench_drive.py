@@ -39,13 +39,17 @@ PROFILES = {
 SOAK_SIZE, TURN = (416, 128), 250
 
 
+def back_and_forth(pictures, i):
+    """The picture of frame i."""
+    last = len(pictures) - 1
+    return pictures[last - abs(last - i % (2 * last))]
+
+
 def play(clips, turn, count, folder):
     """Links `count` pictures: each clip back and forth, another clip after every `turn` frames."""
     (folder / "frames").mkdir(parents=True)
     for i in range(count):
-        pictures = clips[i // turn % len(clips)]
-        last = len(pictures) - 1
-        picture = pictures[last - abs(last - i % (2 * last))]
+        picture = back_and_forth(clips[i // turn % len(clips)], i)
         (folder / "frames" / f"{i:06d}{picture.suffix}").symlink_to(picture)
     return folder / "frames"
 
@@ -115,8 +119,7 @@ def measure_opencv(pictures, count):
     flow, before, clock, processor = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM), None, [], []
     for i in range(count):
         start, processor_start = time.monotonic(), time.process_time()
-        last = len(pictures) - 1
-        grey = cv2.cvtColor(cv2.imread(str(pictures[last - abs(last - i % (2 * last))])), cv2.COLOR_BGR2GRAY)
+        grey = cv2.cvtColor(cv2.imread(str(back_and_forth(pictures, i))), cv2.COLOR_BGR2GRAY)
         if before is not None:
             moved = flow.calc(before, grey, None)[2::5, 2::5].reshape(-1, 2)
             places = np.mgrid[2 : grey.shape[1] : 5, 2 : grey.shape[0] : 5].T.reshape(-1, 2).astype(np.float32)

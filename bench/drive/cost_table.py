@@ -11,13 +11,12 @@ import argparse
 import json
 import math
 import os
-import platform
-import re
 import statistics
 from pathlib import Path
 
 import bench_drive
 import figures
+from machine import machine
 
 ROOT = Path(__file__).resolve().parents[2]
 PROCESSOR, CLOCK = "processor_seconds_per_frame", "seconds_per_frame"
@@ -34,13 +33,6 @@ def measure(profile, what, value, frames):
     """The profile's figures where `what` has that value."""
     flags = [f"--{what}={value}"] if what in ("budget", "threads") else []
     return bench_drive.measure([profile], frames or value, value if what == "megapixels" else None, flags)[0]
-
-
-def machine():
-    """The processor's name as the system gives it, its cores, and whether it has AVX-512."""
-    cpu = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
-    name = re.search(r"model name\s*: (.*)", cpu)
-    return f"{os.cpu_count()} cores, {name.group(1) if name else platform.machine()}, {'AVX-512' if 'avx512f' in cpu else 'no AVX-512'}"
 
 
 def exponent(points):

@@ -189,7 +189,7 @@ def measure(workers, rounds, tasks):
 def machine():
     """What computed."""
     model = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "?")
-    return {"processor": model, "cores": 2, "system": platform.platform(), "load": os.getloadavg()[0]}
+    return {"processor": model, "cores": os.cpu_count(), "system": platform.platform(), "load": os.getloadavg()[0]}
 
 
 def main():

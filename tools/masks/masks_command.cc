@@ -26,9 +26,6 @@
 namespace egosieve::tools {
 namespace {
 
-// The run of `masks`: segments the input and refines its masks where these are missing, then
-// writes them for the other program.
-
 // How to use the masks in `out` for pictures in `images`; empty if that needs no explanation.
 std::string HowToUse(MaskFormat format, const std::string& images, const std::string& out) {
   switch (format) {
@@ -46,6 +43,10 @@ std::string HowToUse(MaskFormat format, const std::string& images, const std::st
   }
 }
 
+// The run of `masks`: segments the input and refines its masks where these are missing, then
+// writes them for the other program. Errors of usage, of the input and of the environment; where
+// segment or refine fails, its exit code. Nothing is written before all checks that need no
+// segmented input.
 class MasksRun {
  public:
   explicit MasksRun(MasksFlags& flags) : flags_(flags) {}
@@ -169,11 +170,6 @@ class MasksRun {
   MasksFlags& flags_;
 };
 
-// `flags` is resolved here and gets the run folder. Errors of usage, of the input and of the
-// environment; where segment or refine fails, its exit code. Nothing is written before all
-// checks that need no segmented input.
-absl::StatusOr<ExitCode> RunMasks(MasksFlags& flags) { return MasksRun(flags).Run(); }
-
 class MasksCommand : public Command {
  public:
   std::string name() const override { return "masks"; }
@@ -188,7 +184,7 @@ class MasksCommand : public Command {
            "egosieve masks out/masks.run --for=coco --out=out/coco";
   }
   void AddFlags(CLI::App& app) override { flags_.AddFlags(app); }
-  absl::StatusOr<ExitCode> Run() override { return RunMasks(flags_); }
+  absl::StatusOr<ExitCode> Run() override { return MasksRun(flags_).Run(); }
 
  private:
   MasksFlags flags_;

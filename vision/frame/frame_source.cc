@@ -28,10 +28,6 @@
 namespace egosieve::vision {
 namespace {
 
-// Frames from picture files, in the order given. times_seconds: one per file; empty: times of the
-// nominal rate. remarks: those on the files (FrameSource::remarks). InvalidArgument if none of the
-// files can be read.
-
 namespace fs = std::filesystem;
 
 // The input if it is a folder, else the deepest folder that holds all files.
@@ -56,6 +52,9 @@ std::string RemarkOnRange(const ValueRange& range) {
       range.low, range.high);
 }
 
+// Frames from picture files, in the order given. times_seconds: one per file; empty: times of the
+// nominal rate. remarks: those on the files (FrameSource::remarks). InvalidArgument if none of the
+// files can be read.
 class ImageSequence : public FrameSource {
  public:
   ImageSequence(std::vector<std::string> paths, std::vector<double> times_seconds,
@@ -248,8 +247,6 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenChapters(std::vector<std::strin
   return std::unique_ptr<FrameSource>(new ChapterSequence(std::move(readable), description, options,
                                                           expected, std::move(warnings)));
 }
-
-namespace fs = std::filesystem;
 
 bool IsDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 

@@ -134,6 +134,33 @@ TEST(ExactModel, PosteriorStaysAsTheModelWas) {
   EXPECT_FLOAT_EQ(of_y[7], variance[7] + 0.25f);
 }
 
+// By a plain solution in float64; float32 on the device adds 1e-6 sigma_f^2 a covariance and the
+// queries' own rounding.
+TEST(ExactModel, MeansAreThoseOfTheFormulas) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(90, 4, generator);
+  ExactModel model = MakeModel(UnevenHyperparameters(CovarianceFunction::kArcsine, 4));
+  Add(points, 0, 90, 0, model);
+  const RowMatrix k = GramOf(model.hyperparameters(), points.inputs);
+  const std::vector<double> y = points.targets();
+  const Eigen::VectorXd alpha =
+      Eigen::LLT<Eigen::MatrixXd>(k).solve(Eigen::Map<const Eigen::VectorXd>(y.data(), 90));
+  RowMatrix covariance = k;
+  covariance.diagonal().array() -= model.hyperparameters().noise_variance();
+  const Eigen::VectorXd mean = covariance * alpha;
+  const double tolerance =
+      4.0 * 90 * kEpsilon * k.trace() / model.hyperparameters().noise_variance();
+  const NarrowMatrix narrow = points.inputs.cast<float>();
+  const std::vector<double> own = model.PredictOwnMean();
+  const auto there = Value(model.Predict(ViewOf(points.inputs), PredictWhat::kMean));
+  const auto fast = Value(model.PredictMean({narrow.data(), 90, 4}));
+  for (int64_t i = 0; i < 90; ++i) {
+    EXPECT_NEAR(own[i], mean[i], tolerance);
+    EXPECT_NEAR(there.mean[i], mean[i], tolerance);
+    EXPECT_NEAR(fast[i], mean[i], 2e-6 * 1.3 * 1.3 * alpha.lpNorm<1>());
+  }
+}
+
 TEST(ExactModel, EmptyModelAnswersWithThePrior) {
   ExactModel model = MakeModel(DefaultHyperparameters(CovarianceFunction::kArcsine, 6));
   const RowMatrix queries = RowMatrix::Constant(3, 6, 0.25);

@@ -74,8 +74,19 @@ TEST_F(MasksTest, SegmentsWhatIsNoRunYet) {
   EXPECT_EQ(nlohmann::json::parse(lines[1]).at("command"), "refine");
   const nlohmann::json result = nlohmann::json::parse(lines[2]);
   EXPECT_EQ(result.at("images"), 6);
-  EXPECT_TRUE(fs::exists(out_ + "/cam0/000000.png.png"));
-  EXPECT_TRUE(fs::exists(out_ + "/cam0/000005.png.png"));
+  int moving = 0, moving_masked = 0, rest = 0, rest_masked = 0;
+  for (int i = 0; i < 6; ++i) {
+    const cv::Mat1b truth =
+        cv::imread(absl::StrFormat("%s/drive/masks/%06d.png", root_, i), cv::IMREAD_GRAYSCALE);
+    const cv::Mat1b masked = Read(absl::StrFormat("cam0/%06d.png.png", i)) == 0;
+    ASSERT_EQ(masked.size(), truth.size());
+    moving += cv::countNonZero(truth == 255);
+    moving_masked += cv::countNonZero((truth == 255) & masked);
+    rest += cv::countNonZero(truth == 0);
+    rest_masked += cv::countNonZero((truth == 0) & masked);
+  }
+  EXPECT_GT(moving_masked, 0.5 * moving);
+  EXPECT_LT(rest_masked, 0.2 * rest);
   EXPECT_TRUE(fs::exists(out_ + ".run/masks/000005.png"));
   const std::string run = out_ + ".run";
   out_ = root_ + "/coco";
