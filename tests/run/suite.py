@@ -46,12 +46,14 @@ def within(variable):
 
 
 def cases(target, has_passed):
-    """Passed, failed and skipped cases of a target."""
-    report = ROOT / 'bazel-testlogs' / target[2:].replace(':', '/') / 'test.xml'
-    text = report.read_text(errors='replace') if report.exists() else ''
-    head = re.search(r'<testsuites[^>]*', text)
-    count = lambda name: int((re.search(rf' {name}="(\d+)"', head[0] if head else '') or [0, 0])[1])  # noqa: E731
-    bad, left_out = count('failures') + count('errors'), text.count('result="skipped"')
+    """Passed, failed and skipped cases of a target, in all of its shards."""
+    folder = ROOT / 'bazel-testlogs' / target[2:].replace(':', '/')
+    texts = [report.read_text(errors='replace') for report in folder.glob('shard_*/test.xml')]
+    if not texts:
+        texts = [report.read_text(errors='replace') for report in [folder / 'test.xml'] if report.exists()]
+    heads = [re.search(r'<testsuites[^>]*', text) for text in texts]
+    count = lambda name: sum(int((re.search(rf' {name}="(\d+)"', head[0] if head else '') or [0, 0])[1]) for head in heads)  # noqa: E731
+    bad, left_out = count('failures') + count('errors'), sum(text.count('result="skipped"') for text in texts)
     if not has_passed:
         bad = max(bad, 1)
     return max(count('tests'), 1) - bad - left_out, bad, left_out

@@ -36,6 +36,14 @@ said=$(run_test) || fail "a suite that passes fails: $said"
 [[ $said == *"6 passed, 0 failed, 1 skipped" ]] || fail "counts otherwise: $said"
 [ "$(stages)" = 1 ] || fail "runs more than the suite"
 
+for shard in 1 2; do
+  mkdir -p "$tree/bazel-testlogs/tests/kernels/b_test/shard_${shard}_of_2"
+  cp "$tree/bazel-testlogs/tests/kernels/a_test/test.xml" "$tree/bazel-testlogs/tests/kernels/b_test/shard_${shard}_of_2"
+done
+bazel_says "//tests/kernels:b_test          PASSED in 0.1s"
+said=$(run_test) || fail "a sharded suite that passes fails: $said"
+[[ $said == *"12 passed, 0 failed, 2 skipped" ]] || fail "counts other shards: $said"
+
 bazel_says "INFO: From Compiling kernels/a.cc:
 kernels/a.cc:3:7: warning: unused variable 'b' [-Wunused-variable]
 //tests/kernels:a_test          PASSED in 0.1s"
