@@ -7,15 +7,17 @@ A benchmark a row: its time, and what it counts, of which `fraction_of_` is of t
 import json
 import sys
 
-COLUMNS = (
-    ("queries_per_second", "queries/s"),
-    ("evaluations_per_second", "evaluations/s"),
-    ("pairs_per_second", "pairs/s"),
-    ("points_per_second", "points/s"),
-    ("kitti_pictures_per_second", "pictures of 1242x375 /s"),
-    ("gflops", "GFLOP/s"),
-    ("fraction_of_fma_peak", "of the multiply-add peak"),
-)
+from common import markdown
+
+COLUMNS = {
+    "queries_per_second": "queries/s",
+    "evaluations_per_second": "evaluations/s",
+    "pairs_per_second": "pairs/s",
+    "points_per_second": "points/s",
+    "kitti_pictures_per_second": "pictures of 1242x375 /s",
+    "gflops": "GFLOP/s",
+    "fraction_of_fma_peak": "of the multiply-add peak",
+}
 
 
 def cell(value):
@@ -26,21 +28,13 @@ def cell(value):
 def table(results, device):
     """Markdown."""
     runs = [run for run in results["benchmarks"] if run.get("run_type") != "aggregate"]
-    columns = [column for column in COLUMNS if any(column[0] in run for run in runs)]
-    lines = [
-        f"# Benchmarks on {device}",
-        "",
-        f"| benchmark | time | {' | '.join(title for _, title in columns)} |",
-        "|---|---:|" + "---:|" * len(columns),
-    ]
+    columns = {key: title for key, title in COLUMNS.items() if any(key in run for run in runs)}
+    rows = []
     for run in runs:
         name = run["name"].replace("/real_time", "").replace("/process_time", "")
-        if run.get("error_occurred"):
-            lines.append(f"| {name} | {run['error_message']} |" + " |" * len(columns))
-            continue
-        cells = " | ".join(cell(run.get(key)) for key, _ in columns)
-        lines.append(f"| {name} | {cell(run['real_time'])} {run['time_unit']} | {cells} |")
-    return "\n".join(lines)
+        time = run["error_message"] if run.get("error_occurred") else f"{cell(run['real_time'])} {run['time_unit']}"
+        rows.append([name, time, *(cell(run.get(key)) for key in columns)])
+    return f"# Benchmarks on {device}\n\n" + markdown(["benchmark", ">time", *(f">{title}" for title in columns.values())], rows)
 
 
 def main():
@@ -49,7 +43,7 @@ def main():
         sys.exit(f"usage: {sys.argv[0]} FILE.json")
     with open(sys.argv[1]) as file:
         results = json.load(file)
-    print(table(results, results["context"].get("device", "an unnamed device")))
+    print(table(results, results["context"].get("device", "an unnamed device")), end="")
 
 
 if __name__ == "__main__":

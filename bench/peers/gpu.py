@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """PyTorch's and GPyTorch's exact posterior on a GPU, on the problem of BM_DensePosteriorPicture and BM_DeviceRegression.
 
-    bench/peers/gpu.py [--points 4000] [--json FILE]
+    bench/peers/gpu.py [--points 4000]
 
 n points in D = 6, arcsine or Matern 5/2, every pixel of 1242 x 375; float32 without TF32, in chunks of queries that run
 fastest. `torch` is the shortest program: the covariances of a chunk, a triangular solve, sums of squares. `gpytorch` is
@@ -10,15 +10,16 @@ device's memory; `with copies` counts copies from and to the host, as Evaluate's
 """
 
 import argparse
-import json
 import math
 import statistics
 import sys
 import time
 
+import gpytorch
 import torch
 
-PIXELS, DIMENSION = 1242 * 375, 6
+PIXELS, DIMENSION, NOISE = 1242 * 375, 6, 0.01
+CHUNKS = (2048, 4096, 8192, 16384, 65536)
 
 
 def matern52(a, b):
@@ -47,87 +48,63 @@ def seconds(call):
     return statistics.median(taken[1:])
 
 
-def fastest(make):
-    """The least of `seconds(make(chunk))` over chunk sizes, and that chunk."""
-    return min((seconds(make(chunk)), chunk) for chunk in (4096, 16384, 65536))
+class Exact(gpytorch.models.ExactGP):
+    """Zero mean, Matern 5/2."""
+
+    def __init__(self, inputs, targets):
+        likelihood = gpytorch.likelihoods.GaussianLikelihood().cuda()
+        super().__init__(inputs, targets, likelihood)
+        self.kernel = gpytorch.kernels.ScaleKernel(gpytorch.kernels.MaternKernel(2.5))
+        self.cuda().eval()
+        likelihood.noise = NOISE
+
+    def forward(self, x):
+        """GPyTorch's interface."""
+        return gpytorch.distributions.MultivariateNormal(x.new_zeros(len(x)), self.kernel(x))
 
 
-def torch_rows(n, covariance, queries, inputs):
-    """Fit, mean, mean and variance."""
-    identity = 0.01 * torch.eye(n, device="cuda")
-    targets = torch.sin(3 * inputs[:, 0])
+def rivals(inputs, targets):
+    """(library, task, what it computes: of a chunk of queries; fit: of nothing)."""
+    identity = NOISE * torch.eye(len(inputs), device="cuda")
+    for covariance in (arcsine, matern52):
 
-    def fit():
-        factor = torch.linalg.cholesky(covariance(inputs, inputs) + identity)
-        return factor, torch.cholesky_solve(targets[:, None], factor)
+        def fit(covariance=covariance):
+            factor = torch.linalg.cholesky(covariance(inputs, inputs) + identity)
+            return factor, torch.cholesky_solve(targets[:, None], factor)
 
-    factor, alpha = fit()
+        factor, alpha = fit()
 
-    def mean(chunk):
-        return lambda: torch.cat([covariance(q, inputs) @ alpha for q in queries.split(chunk)])
+        def mean(part, covariance=covariance, alpha=alpha):
+            return [covariance(part, inputs) @ alpha]
 
-    def both(chunk):
-        def call():
-            means, variances = [], []
-            for part in queries.split(chunk):
-                k = covariance(part, inputs)
-                means.append(k @ alpha)
-                v = torch.linalg.solve_triangular(factor, k.T, upper=False)
-                variances.append(1 - (v**2).sum(0))
-            return torch.cat(means), torch.cat(variances)
+        def both(part, covariance=covariance, factor=factor, alpha=alpha):
+            k = covariance(part, inputs)
+            return k @ alpha, 1 - (torch.linalg.solve_triangular(factor, k.T, upper=False) ** 2).sum(0)
 
-        return call
+        library = f"torch {torch.__version__} {covariance.__name__}"
+        for task, call in (("fit", fit), ("mean", mean), ("mean and variance", both), ("mean and variance, with copies", both)):
+            yield library, task, call
+    for fast in (False, True):
+        model = Exact(inputs, targets)
 
-    host = queries.cpu()
+        def posterior(part, model=model, fast=fast):
+            with gpytorch.settings.max_cholesky_size(10**6), gpytorch.settings.fast_pred_var(fast):
+                found = model(part)
+                return found.mean, found.variance
 
-    def copied(chunk):
-        call = both(chunk)
-        return lambda: [x.cpu() for x in (host.cuda(), *call())]
-
-    return {"fit": (seconds(fit), None), "mean": fastest(mean), "mean and variance": fastest(both),
-            "mean and variance, with copies": fastest(copied)}  # fmt: skip
+        yield f"gpytorch {gpytorch.__version__} matern52", f"mean and variance{', fast_pred_var' * fast}", posterior
 
 
-def gpytorch_rows(queries, inputs):
-    """ExactGP of a Matern 5/2."""
-    import gpytorch
-
-    class Model(gpytorch.models.ExactGP):
-        """Zero mean."""
-
-        def __init__(self, likelihood):
-            super().__init__(inputs, torch.sin(3 * inputs[:, 0]), likelihood)
-            self.mean_module = gpytorch.means.ZeroMean()
-            self.covar_module = gpytorch.kernels.ScaleKernel(gpytorch.kernels.MaternKernel(2.5))
-
-        def forward(self, x):
-            """GPyTorch's interface."""
-            return gpytorch.distributions.MultivariateNormal(self.mean_module(x), self.covar_module(x))
-
-    likelihood = gpytorch.likelihoods.GaussianLikelihood().cuda()
-    model = Model(likelihood).cuda().eval()
-    likelihood.noise = 0.01
-
-    def both(chunk):
-        def call():
-            for part in queries.split(chunk):
-                posterior = model(part)
-                posterior.mean, posterior.variance
-
-        return call
-
-    with torch.no_grad(), gpytorch.settings.max_cholesky_size(10**6), gpytorch.settings.skip_posterior_variances(False):
-        exact = min((seconds(both(chunk)), chunk) for chunk in (2048, 8192))
-        with gpytorch.settings.fast_pred_var():
-            fast = min((seconds(both(chunk)), chunk) for chunk in (2048, 8192))
-    return {"mean and variance": exact, "mean and variance, fast_pred_var": fast}
+def evaluate(call, queries, chunk, copies):
+    """All queries in chunks; copies: from the host and to it."""
+    found = [torch.cat(values) for values in zip(*(call(part) for part in queries.cuda().split(chunk)))]
+    return [values.cpu() for values in found] if copies else found
 
 
 def main():
     """Prints a row per task."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", type=int, default=4000)
-    parser.add_argument("--json")
     options = parser.parse_args()
     if not torch.cuda.is_available():
         sys.exit("gpu.py: PyTorch sees no GPU")
@@ -135,22 +112,16 @@ def main():
     torch.manual_seed(1)
     queries = torch.rand(PIXELS, DIMENSION, device="cuda") * 2 - 1
     inputs = torch.rand(options.points, DIMENSION, device="cuda") * 2 - 1
-    with torch.no_grad():
-        tables = {f"torch {torch.__version__} {c.__name__}": torch_rows(options.points, c, queries, inputs)
-                  for c in (arcsine, matern52)}  # fmt: skip
-    try:
-        import gpytorch
-
-        tables[f"gpytorch {gpytorch.__version__} matern52"] = gpytorch_rows(queries, inputs)
-    except ImportError as error:
-        print(f"gpu.py: no GPyTorch ({error})", file=sys.stderr)
     print(torch.cuda.get_device_name())
-    for library, rows in tables.items():
-        for task, (taken, chunk) in rows.items():
-            print(f"{library:32} {task:34} {1e3 * taken:10.2f} ms {'' if chunk is None else f'chunks of {chunk}'}")
-    if options.json:
-        with open(options.json, "w") as file:
-            json.dump({"device": torch.cuda.get_device_name(), "points": options.points, "seconds": tables}, file, indent=1)
+    with torch.no_grad():
+        for library, task, call in rivals(inputs, torch.sin(3 * inputs[:, 0])):
+            copies = task.endswith("copies")
+            asked = queries.cpu() if copies else queries
+            if task == "fit":
+                taken, chunk = seconds(call), ""
+            else:
+                taken, chunk = min((seconds(lambda: evaluate(call, asked, c, copies)), f"chunks of {c}") for c in CHUNKS)
+            print(f"{library:32} {task:34} {1e3 * taken:10.2f} ms {chunk}")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """ORB-SLAM3 on one drive, in the environment that bench_slam.py makes. Prints a line of JSON.
 
 worker.py vocabulary DRIVE FILE          a tree of ORB features as DBoW2 reads it as text
-worker.py track DRIVE MASKS VOCABULARY   a trajectory, scored against the drive's truth; MASKS "-": none
+worker.py track DRIVE MASKS VOCABULARY   where the frames were taken; MASKS "-": none
 """
 
 import json
@@ -94,17 +94,8 @@ def paint_over(image, masked):
     return (pixels * (1 - seam) + smooth * seam).clip(0, 255).astype(np.uint8)
 
 
-def error_after_similarity(estimated, true):
-    """Root of the mean squared distance, metres (Umeyama, 1991)."""
-    a, b = estimated - estimated.mean(0), true - true.mean(0)
-    u, singular, v = np.linalg.svd(b.T @ a / len(a))
-    signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
-    scale = (singular * signs).sum() / ((a**2).sum() / len(a))
-    return float(np.sqrt(((scale * a @ (u * signs @ v).T - b) ** 2).sum(1).mean()))
-
-
 def track(drive, masks, vocabulary):
-    """Frames with a pose, and their trajectory's error."""
+    """The camera's place in each frame with a pose."""
     import pyorbslam3
 
     camera = json.loads((drive / "camera.json").read_text())
@@ -114,8 +105,7 @@ def track(drive, masks, vocabulary):
         file.write(settings)
         file.flush()
         slam = pyorbslam3.Slam(vocabulary, file.name, pyorbslam3.Sensor.MONOCULAR)
-    centres = np.loadtxt(drive / "poses.txt").reshape(-1, 3, 4)[:, :, 3]
-    estimated, true = [], []
+    places = {}
     for index, frame in enumerate(sorted((drive / "frames").glob("*.png"))):
         image = cv2.imread(str(frame), 0)
         if masks != "-":
@@ -123,11 +113,8 @@ def track(drive, masks, vocabulary):
         result = slam.track_monocular(image, index / camera["frames_per_second"])
         time.sleep(PAUSE_SECONDS)
         if result.pose_valid:
-            estimated.append(np.array(result.pose_wc)[:3, 3])
-            true.append(centres[index])
-    error = error_after_similarity(np.array(estimated), np.array(true)) if len(estimated) > 5 else None
-    length = float(np.linalg.norm(np.diff(centres, axis=0), axis=1).sum())
-    print(json.dumps({"tracked": len(estimated), "trajectory_error_metres": error, "length_metres": length}), flush=True)
+            places[index] = np.array(result.pose_wc)[:3, 3].tolist()
+    print(json.dumps({"places": places}), flush=True)
     slam.shutdown()
 
 

@@ -3,7 +3,6 @@
 import argparse
 import json
 import os
-import shutil
 import sys
 from pathlib import Path
 
@@ -17,6 +16,8 @@ EPILOG = """examples:
   egosieve-eval folds out/old out/new out/newer --folds=5 --figure=mask_j
 
 exit codes: 0 done, 1 the environment, 2 usage, 3 an input cannot be read, 4 some runs failed"""
+MISSING = ("; on Debian: apt-get install python3-matplotlib python3-opencv python3-pandas "
+           "python3-scipy python3-sklearn")
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -71,8 +72,6 @@ def _run_flags(parser):
         "default: what lies beside frames/")
     add("--boxes", metavar="FILE", help="boxes of things that move or stand "
         "(frame,id,type,x1,y1,x2,y2,moving ...); default: boxes.csv beside the frames")
-    add("--poses", metavar="FILE", help="the camera's true poses, 12 numbers per frame; default: "
-        "poses.txt beside the frames")
 
 
 def _suite_flags(parser):
@@ -109,12 +108,11 @@ def _with_hyphens(argument):
 
 
 def _program(given):
-    beside = Path(sys.argv[0]).absolute().parent / "egosieve"
-    built = ROOT / "bazel-bin" / "tools" / "egosieve"
-    given = given or os.environ.get("EGOSIEVE_PROGRAM")
-    for place in [given] if given else [beside, built, shutil.which("egosieve")]:
-        if place and os.access(place, os.X_OK):
-            return str(Path(place).absolute())
+    beside, built = Path(sys.argv[0]).absolute().parent, ROOT / "bazel-bin" / "tools"
+    there = [folder / "egosieve" for folder in (beside, built) if (folder / "egosieve").exists()]
+    program = given or os.environ.get("EGOSIEVE_PROGRAM") or next(iter(there), "egosieve")
+    if os.access(program, os.X_OK):
+        return str(Path(program).absolute())
     raise InputError("there is no egosieve to segment with; give --program=FILE")
 
 
@@ -135,9 +133,8 @@ def _score_run(path, options):
 
     run = RunFolder(path)
     run.scorable_lines()
-    given = {name: Path(getattr(options, name)) for name in ("boxes", "poses")
-             if getattr(options, name)}
-    further = score_further(run, find_further_truth(run.input) | given, options)
+    known = find_further_truth(run.input) | ({"boxes": options.boxes} if options.boxes else {})
+    further = score_further(run, known, options)
     beside = truth_in(run.input.parent) if run.input.name == "frames" else None
     truth = options.truth or beside
     if not truth and not further:
@@ -216,15 +213,9 @@ def main(arguments=None):
         if command != "folds" and options.object_low > options.object_high:
             raise UsageError("--object-low is above --object-high")
         return {"suite": _run_suite, "folds": _report_folds}.get(command, _score_runs)(options)
-    except (UsageError, InputError) as error:
-        print(f"egosieve-eval: {error}", file=sys.stderr)
-        return error.code
-    except ModuleNotFoundError as error:
-        print(f"egosieve-eval: {error}; on Debian: apt-get install python3-matplotlib "
-              "python3-opencv python3-pandas python3-scipy python3-sklearn", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"egosieve-eval: {error}", file=sys.stderr)
-        return 1
+    except (UsageError, InputError, OSError, ModuleNotFoundError) as error:
+        hint = MISSING if isinstance(error, ModuleNotFoundError) else ""
+        print(f"egosieve-eval: {error}{hint}", file=sys.stderr)
+        return getattr(error, "code", 1)
     except KeyboardInterrupt:
         return 130

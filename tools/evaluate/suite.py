@@ -74,8 +74,7 @@ def _score(run, sequence, options):
     evaluation.write()
     scores, js = evaluation.eval, evaluation.masks.js
     further = score_further(run, find_further_truth(sequence.frames), options)
-    return {"frames": run.description["frames_answered"], **figures_of(scores),
-            **{name: scores[name] for name in KEPT},
+    return {**figures_of(scores), **{name: scores[name] for name in KEPT},
             "further": further,
             # Of each frame with movers: J of its mask, and what the map expects of it.
             "doubts": [(js[line.index], getattr(line, "expected_overlap", None))
@@ -89,7 +88,9 @@ def _run_sequence(sequence, profile, flags, options):
     path = Path(options.out) / "runs" / profile / sequence.name
     try:
         _segment(sequence, flags, path, options)
-        return entry | _score(RunFolder(path), sequence, options)
+        run = RunFolder(path)
+        entry["frames"] = run.description["frames_answered"]
+        return entry | _score(run, sequence, options)
     except (UsageError, InputError, OSError) as error:
         return entry | {"error": str(error)}
 
