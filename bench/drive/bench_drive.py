@@ -170,7 +170,6 @@ def soak(count):
              f"--width={SOAK_SIZE[0]}", f"--height={SOAK_SIZE[1]}")  # fmt: skip
         clips = [sorted((scratch / "made" / "frames").iterdir()), scaled(street(), SOAK_SIZE, scratch / "street")]
         run = scratch / "run"
-
         segment(play(clips, TURN, count, scratch / "in"), run, [f"--budget={SOAK_BUDGET}"], samples)
         lines = lines_of(run)
     begin, window = min(2000, count // 4), min(2 * TURN, count // 4)

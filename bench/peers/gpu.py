@@ -1,24 +1,27 @@
 #!/usr/bin/env python3
 """PyTorch's and GPyTorch's exact posterior on a GPU, on the problem of BM_DensePosteriorPicture and BM_DeviceRegression.
 
-    bench/peers/gpu.py [--points 4000]
+    bench/peers/gpu.py
 
-n points in D = 6, arcsine or Matern 5/2, every pixel of 1242 x 375; float32 without TF32, in chunks of queries that run
+4,000 points in D = 6, arcsine or Matern 5/2, every pixel of 1242 x 375; float32 without TF32, in chunks of queries that run
 fastest. `torch` is the shortest program: the covariances of a chunk, a triangular solve, sums of squares. `gpytorch` is
 ExactGP with the Cholesky factor cached. Times are medians of five runs after one that warms up, queries and results in the
 device's memory; `with copies` counts copies from and to the host, as Evaluate's do.
 """
 
-import argparse
+import itertools
 import math
 import statistics
 import sys
 import time
+from functools import partial
 
 import gpytorch
 import torch
 
-PIXELS, DIMENSION, NOISE = 1242 * 375, 6, 0.01
+PIXELS, POINTS, DIMENSION, NOISE = 1242 * 375, 4000, 6, 0.01
+# Name, method, and where the queries and results are.
+TASKS = (("mean", "mean", "cuda"), ("mean and variance", "both", "cuda"), ("mean and variance, with copies", "both", "cpu"))
 CHUNKS = (2048, 4096, 8192, 16384, 65536)
 
 
@@ -48,13 +51,33 @@ def seconds(call):
     return statistics.median(taken[1:])
 
 
+class Torch:
+    """The shortest program."""
+
+    def __init__(self, covariance, inputs):
+        self.covariance, self.inputs, self.targets = covariance, inputs, torch.sin(3 * inputs[:, 0])
+        self.fit()
+
+    def fit(self):
+        noise = NOISE * torch.eye(len(self.inputs), device="cuda")
+        self.factor = torch.linalg.cholesky(self.covariance(self.inputs, self.inputs) + noise)
+        self.alpha = torch.cholesky_solve(self.targets[:, None], self.factor)
+
+    def mean(self, part):
+        return [self.covariance(part, self.inputs) @ self.alpha]
+
+    def both(self, part):
+        k = self.covariance(part, self.inputs)
+        return k @ self.alpha, 1 - (torch.linalg.solve_triangular(self.factor, k.T, upper=False) ** 2).sum(0)
+
+
 class Exact(gpytorch.models.ExactGP):
     """Zero mean, Matern 5/2."""
 
-    def __init__(self, inputs, targets):
+    def __init__(self, inputs, fast):
         likelihood = gpytorch.likelihoods.GaussianLikelihood().cuda()
-        super().__init__(inputs, targets, likelihood)
-        self.kernel = gpytorch.kernels.ScaleKernel(gpytorch.kernels.MaternKernel(2.5))
+        super().__init__(inputs, torch.sin(3 * inputs[:, 0]), likelihood)
+        self.kernel, self.fast = gpytorch.kernels.ScaleKernel(gpytorch.kernels.MaternKernel(2.5)), fast
         self.cuda().eval()
         likelihood.noise = NOISE
 
@@ -62,66 +85,41 @@ class Exact(gpytorch.models.ExactGP):
         """GPyTorch's interface."""
         return gpytorch.distributions.MultivariateNormal(x.new_zeros(len(x)), self.kernel(x))
 
-
-def rivals(inputs, targets):
-    """(library, task, what it computes: of a chunk of queries; fit: of nothing)."""
-    identity = NOISE * torch.eye(len(inputs), device="cuda")
-    for covariance in (arcsine, matern52):
-
-        def fit(covariance=covariance):
-            factor = torch.linalg.cholesky(covariance(inputs, inputs) + identity)
-            return factor, torch.cholesky_solve(targets[:, None], factor)
-
-        factor, alpha = fit()
-
-        def mean(part, covariance=covariance, alpha=alpha):
-            return [covariance(part, inputs) @ alpha]
-
-        def both(part, covariance=covariance, factor=factor, alpha=alpha):
-            k = covariance(part, inputs)
-            return k @ alpha, 1 - (torch.linalg.solve_triangular(factor, k.T, upper=False) ** 2).sum(0)
-
-        library = f"torch {torch.__version__} {covariance.__name__}"
-        for task, call in (("fit", fit), ("mean", mean), ("mean and variance", both), ("mean and variance, with copies", both)):
-            yield library, task, call
-    for fast in (False, True):
-        model = Exact(inputs, targets)
-
-        def posterior(part, model=model, fast=fast):
-            with gpytorch.settings.max_cholesky_size(10**6), gpytorch.settings.fast_pred_var(fast):
-                found = model(part)
-                return found.mean, found.variance
-
-        yield f"gpytorch {gpytorch.__version__} matern52", f"mean and variance{', fast_pred_var' * fast}", posterior
+    def both(self, part):
+        with gpytorch.settings.max_cholesky_size(10**6), gpytorch.settings.fast_pred_var(self.fast):
+            found = self(part)
+            return found.mean, found.variance
 
 
-def evaluate(call, queries, chunk, copies):
-    """All queries in chunks; copies: from the host and to it."""
-    found = [torch.cat(values) for values in zip(*(call(part) for part in queries.cuda().split(chunk)))]
-    return [values.cpu() for values in found] if copies else found
+def evaluate(call, queries, chunk):
+    """All queries in chunks, copied from where they are to the device, and the results back."""
+    found = zip(*(call(part) for part in queries.cuda().split(chunk)))
+    return [torch.cat(values).to(queries.device) for values in found]
 
 
 def main():
-    """Prints a row per task."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--points", type=int, default=4000)
-    options = parser.parse_args()
+    """Prints a row per rival and task."""
     if not torch.cuda.is_available():
         sys.exit("gpu.py: PyTorch sees no GPU")
     torch.backends.cuda.matmul.allow_tf32 = False
     torch.manual_seed(1)
-    queries = torch.rand(PIXELS, DIMENSION, device="cuda") * 2 - 1
-    inputs = torch.rand(options.points, DIMENSION, device="cuda") * 2 - 1
+    queries, inputs = (2 * torch.rand(count, DIMENSION, device="cuda") - 1 for count in (PIXELS, POINTS))
     print(torch.cuda.get_device_name())
     with torch.no_grad():
-        for library, task, call in rivals(inputs, torch.sin(3 * inputs[:, 0])):
-            copies = task.endswith("copies")
-            asked = queries.cpu() if copies else queries
-            if task == "fit":
-                taken, chunk = seconds(call), ""
-            else:
-                taken, chunk = min((seconds(lambda: evaluate(call, asked, c, copies)), f"chunks of {c}") for c in CHUNKS)
-            print(f"{library:32} {task:34} {1e3 * taken:10.2f} ms {chunk}")
+        rivals = {
+            f"torch {torch.__version__} arcsine": Torch(arcsine, inputs),
+            f"torch {torch.__version__} matern52": Torch(matern52, inputs),
+            f"gpytorch {gpytorch.__version__} matern52": Exact(inputs, False),
+            f"gpytorch {gpytorch.__version__} matern52, fast_pred_var": Exact(inputs, True),
+        }
+        for (name, rival), (task, method, where) in itertools.product(rivals.items(), TASKS):
+            if hasattr(rival, method):
+                asked = queries.to(where)
+                calls = {f"chunks of {c}": partial(evaluate, getattr(rival, method), asked, c) for c in CHUNKS}
+                taken, chunk = min((seconds(call), size) for size, call in calls.items())
+                print(f"{name:40} {task:32} {1e3 * taken:10.2f} ms, {chunk}")
+        for name, rival in list(rivals.items())[:2]:
+            print(f"{name:40} {'fit':32} {1e3 * seconds(rival.fit):10.2f} ms")
 
 
 if __name__ == "__main__":

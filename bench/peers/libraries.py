@@ -41,7 +41,7 @@ class Library:
 class ScikitLearn(Library):
     """GaussianProcessRegressor."""
 
-    packages, module_name = ("scikit-learn",), "sklearn"
+    module_name = "sklearn"
 
     def kernels(self, dimension, length):
         from sklearn.gaussian_process import kernels
@@ -80,7 +80,7 @@ class ScikitLearn(Library):
 class Egosieve(ScikitLearn):
     """This library, whose calls are scikit-learn's; float32 on its device."""
 
-    packages, module_name, precision = (), "egosieve", "float32"
+    module_name, precision = "egosieve", "float32"
 
     def kernels(self, dimension, length):
         lengths = [length] * dimension

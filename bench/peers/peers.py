@@ -32,7 +32,7 @@ import charts  # noqa: E402
 from common import CACHE, RESULTS, ROOT, call, environment, machine, say  # noqa: E402
 from libraries import LIBRARIES  # noqa: E402
 
-BASE = ["numpy<2", "scipy<1.13"]  # all libraries' own
+BASE = ["numpy<2", "scipy<1.13", "scikit-learn"]  # of every worker, for the errors, too
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POCL_MAX_PTHREAD_COUNT")
 ALL = ("egosieve", "scikit-learn", "GPyTorch exact", "GPy", "OpenTURNS")
 WITHOUT_OPENTURNS = ALL[:-1]  # it would take most of the time
@@ -114,31 +114,25 @@ class Worker:
 
 def measure(workers, rounds, tasks):
     """Results by worker: medians of seconds, errors, memory; or why there are none."""
-    results = {}
-    for worker in list(workers):
-        results[worker.name] = worker.ask("prepare")
-        if "error" in results[worker.name]:
-            worker.stop()
-            workers.remove(worker)
-    seconds = {worker.name: {task: [] for task in tasks} for worker in workers}
+    results = {worker.name: worker.ask("prepare") | {"seconds": {}} for worker in workers}
     for task in tasks:
-        asked = list(workers)
+        asked = [worker for worker in workers if "error" not in results[worker.name]]
+        seconds = {worker.name: [] for worker in asked}
         for turn in range(rounds + 1):
             for worker in list(asked):
                 start = time.perf_counter()
                 answer = worker.ask(task)
                 long = time.perf_counter() - start > LONG
-                if "seconds" in answer and (turn > 0 or long):
-                    seconds[worker.name][task].append(answer["seconds"])
-                if "error" in answer:
-                    results[worker.name].setdefault("failed", {})[task] = answer["error"]
+                if "error" not in answer and (turn > 0 or long):
+                    seconds[worker.name].append(answer["seconds"])
                 if "error" in answer or (turn == 0 and long):
                     asked.remove(worker)
+        for name, times in seconds.items():
+            if times:
+                results[name]["seconds"][task] = statistics.median(times)
     for worker in workers:
-        results[worker.name].update(worker.ask("finish"))
-        results[worker.name]["seconds"] = {
-            task: statistics.median(times) for task, times in seconds[worker.name].items() if times
-        }
+        if "error" not in results[worker.name]:
+            results[worker.name] |= worker.ask("finish")
         worker.stop()
     return results
 

@@ -23,7 +23,7 @@ import time
 
 import numpy as np
 from libraries import LIBRARIES
-from problem import COVARIANCES, UPDATE, float64_posterior, make_data
+from problem import UPDATE, float64_covariance, float64_posterior, make_data
 
 FEW = 256
 SLOW = 4.0  # seconds for FEW queries
@@ -78,7 +78,7 @@ class Session:
         # The measure of errors comes last, so that its memory is not counted.
         account = {"peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}
         if self.points <= LARGEST_CHECKED:
-            covariance, few = COVARIANCES[self.covariance], self.queries[:FEW]
+            covariance, few = float64_covariance(self.covariance, self.dimension), self.queries[:FEW]
             exact = float64_posterior(covariance, self.X[: self.points], self.y[: self.points], few)
             errors = (float(np.abs(own - other).max()) for own, other in zip(self.first, exact))
             account |= dict(zip(("mean_error", "variance_error"), errors))

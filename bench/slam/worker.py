@@ -49,30 +49,26 @@ Viewer.ViewpointF: 500.0
 """
 
 
-def split(bits, members, random):
-    """Up to BRANCHES centres of the members by k-majority, and whose each member is."""
+def split(bits, members):
+    """Up to BRANCHES centres of the members, and whose each member is."""
     if len(members) < BRANCHES:
         return bits[members], np.arange(len(members))
-    centres = bits[random.choice(members, BRANCHES, replace=False)].copy()
-    for _ in range(6):
-        distance = bits[members] @ (1 - 2 * centres.T) + centres.sum(1)[None]
-        nearest = distance.argmin(1)
-        for branch in np.unique(nearest):
-            centres[branch] = bits[members[nearest == branch]].mean(0) > 0.5
-    return centres, nearest
+    until = (cv2.TERM_CRITERIA_COUNT, 6, 0)
+    _, nearest, centres = cv2.kmeans(bits[members], BRANCHES, None, until, 1, cv2.KMEANS_RANDOM_CENTERS)
+    return centres > 0.5, nearest.ravel()
 
 
 def write_vocabulary(drive, path):
     """Breadth first: a node's parent precedes it."""
     orb = cv2.ORB_create(600)
     found = [orb.detectAndCompute(cv2.imread(str(frame), 0), None)[1] for frame in sorted((drive / "frames").glob("*.png"))[::5]]
-    bits = np.unpackbits(np.vstack([each for each in found if each is not None]), axis=1).astype(np.int16)
-    random = np.random.default_rng(0)
+    bits = np.unpackbits(np.vstack([each for each in found if each is not None]), axis=1).astype(np.float32)
+    cv2.setRNGSeed(1)
     nodes, level_nodes = [], [(0, np.arange(len(bits)))]
     for level in range(1, LEVELS + 1):
         below = []
         for parent, members in level_nodes:
-            centres, nearest = split(bits, members, random)
+            centres, nearest = split(bits, members)
             for branch, centre in enumerate(centres):
                 nodes.append((parent, level == LEVELS, np.packbits(centre.astype(np.uint8))))
                 below.append((len(nodes), members[nearest == branch]))

@@ -177,13 +177,13 @@ def homogeneous(points):
 
 
 def transfer_distances(first, second, homography):
-    moved = homogeneous(first) @ homography.T
-    return np.hypot(*(moved[:, :2] / moved[:, 2:] - second).T)
+    moved = cv2.perspectiveTransform(first[None].astype(float), homography)[0]
+    return np.hypot(*(moved - second).T)
 
 
 def line_distances(first, second, fundamental):
-    lines = homogeneous(first) @ fundamental.T
-    return np.abs((lines * homogeneous(second)).sum(1)) / np.hypot(lines[:, 0], lines[:, 1])
+    lines = cv2.computeCorrespondEpilines(first[None].astype(float), 1, fundamental)[:, 0]
+    return np.abs((lines * homogeneous(second)).sum(1))
 
 
 def fitted(pair, is_fundamental):
@@ -277,10 +277,7 @@ def truth_of(truth, line, dump):
     if truth.scattered:
         points = truth.points[line.index]
         return cKDTree(dump.pixels).query(points[["x", "y"]])[1], points.dynamic.to_numpy()
-    mask = truth.mask(line)
-    if mask is None:
-        raise InputError(f"{truth.masks[line.index]} does not fit its frame")
-    values = mask[dump.pixels[:, 1], dump.pixels[:, 0]]
+    values = truth.mask(line)[dump.pixels[:, 1], dump.pixels[:, 0]]
     rows = np.flatnonzero(values != VOID)
     return rows, values[rows] == DYNAMIC
 

@@ -37,7 +37,6 @@ class Evaluation:
             area = max(1, area // run.stride**2)
         self.scores, self.masks = DriveScores(options, area), MaskScores(options)
         self.left_out = Counter()
-        self.misfits = []
         lines = run.scorable_lines()
         for line in lines:
             if line.index not in self.truth.frames:
@@ -49,7 +48,12 @@ class Evaluation:
             else:
                 self._score(line)
         self.left_out["without_map"] = len(self.truth.frames - {line.index for line in lines})
-        self._check()
+        if not self.scores.frames:
+            raise UsageError(
+                f"no frame of {run.path} can be scored against {self.truth.path}: of "
+                f"{len(lines)} frames with a map {self.left_out['of_prior']} have the prior only; "
+                f"of {len(self.truth.frames)} with truth, matched by {self.truth.matched_by}, "
+                f"{self.left_out['without_points']} are void; give the truth of this drive")
         self.eval = self._to_json()
 
     def _score(self, line):
@@ -58,9 +62,7 @@ class Evaluation:
             outside = len(self.truth.points[line.index]) - len(self.truth.inside(line.index, grid))
             self.left_out["points_outside"] += outside
         frame = self.truth.compare(line, grid, self.run.maps(line, self.options.pixels))
-        if frame is None:
-            self.misfits.append(line.index)
-        elif (frame.truth == VOID).all():  # or no point
+        if (frame.truth == VOID).all():  # or no point
             self.left_out["without_points"] += 1
         else:
             self.scores.add(frame)
@@ -69,28 +71,12 @@ class Evaluation:
         path, ids_path = (self.run.frame_file(folder, line) for folder in ("masks", "ids"))
         if self.truth.scattered or not path.exists():
             return
-        true_mask, mask = self.truth.mask(line), read_mask(path)
-        if true_mask is None:
-            return  # counted by _score
+        mask = read_mask(path)
         if mask.shape != line.size:
             raise InputError(f"{path} is damaged; run egosieve refine again")
         ids = read_numbers(ids_path, line.size) if ids_path.exists() else None
-        self.masks.add(line.index, mask != STATIC, true_mask, ids, self.truth.moving_ids(line),
-                       self.truth.objects.get(line.index))
-
-    def _check(self):
-        truth = self.truth
-        if self.misfits:
-            raise UsageError(f"{len(self.misfits)} masks of {truth.path} do not fit their frames, "
-                             f"first: that of frame {self.misfits[0]} has another size; give the "
-                             "masks of this drive")
-        if not self.scores.frames:
-            raise UsageError(
-                f"no frame of {self.run.path} can be scored against {truth.path} "
-                f"({len(self.run.lines)} frames, {self.left_out['of_prior']} of them with the "
-                f"prior only; truth for {len(truth.frames)} frames, matched by {truth.matched_by}, "
-                f"void in {self.left_out['without_points']}; {self.left_out['points_outside']} "
-                "points outside the image); give the truth of this drive")
+        self.masks.add(line.index, mask != STATIC, self.truth.mask(line), ids,
+                       self.truth.moving_ids(line), self.truth.objects.get(line.index))
 
     def _to_json(self):
         scores, truth = self.scores.to_json(), self.truth
@@ -102,7 +88,8 @@ class Evaluation:
                 "seconds_per_frame": ratio(description["seconds"], description["frames_answered"]),
                 "frames_scored": len(self.scores.frames),
                 **{f"frames_{reason}": self.left_out[reason] for reason in LEFT_OUT},
-                "points": truth.count_points(), "points_outside": self.left_out["points_outside"],
+                "points": sum(map(len, truth.points.values())),
+                "points_outside": self.left_out["points_outside"],
                 "scores": scores,
                 "masks": self.masks.to_json() if self.masks.frames else None,
                 "frames": [{name: frame[name] for name in ("index", *COUNTS, *FIGURES)}

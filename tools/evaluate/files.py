@@ -62,9 +62,7 @@ def to_json(value):
 
 def to_text(table, decimals=4):
     """A table for people, its first column to the left; "-": no value."""
-    table = table.astype(object).where(table.notna(), "-")
     first = table.columns[0]
-    width = max(len(str(text)) for text in (first, *table[first]))
-    table[first] = [str(text).ljust(width) for text in table[first]]
-    table = table.rename(columns={first: first.ljust(width)})
-    return table.to_string(index=False, float_format=f"{{:.{decimals}f}}".format) + "\n"
+    table = table.astype(object).where(table.notna(), "-").set_index(first)
+    table = table.rename_axis(index=None, columns=first)
+    return table.to_string(float_format=f"{{:.{decimals}f}}".format) + "\n"

@@ -16,73 +16,53 @@ from .figures import value_at  # noqa: E402
 STYLE = """body{font:16px/1.45 sans-serif;margin:2em auto;max-width:84em;padding:0 1em;color:#222}
 figure{margin:2em 0;border-top:1px solid #ccc;padding-top:1em}figure img{max-width:100%}
 figcaption{max-width:60em}pre{font-size:11px;overflow-x:auto;background:#f6f6f6;padding:1em}"""
-DIAGONAL = {"color": "#aaaaaa", "linestyle": ":", "zorder": 0}
+# Of a run, by name: place in eval.json; title; names of the axes; lines (x, y) of the data there;
+# caption.
+OF_RUN = {
+    "roc": (
+        "scores/curve_threshold_fpr_recall_precision", "Receiver operating characteristic",
+        ("false-positive rate", "recall"), lambda curve: [curve.T[1:3], DIAGONAL],
+        "Share of the dynamic pixels that are called dynamic (recall) against the share of the "
+        "static ones that are, as the threshold falls; all scored pixels together. Higher is "
+        "better; the diagonal is guessing."),
+    "precision_recall": (
+        "scores/curve_threshold_fpr_recall_precision", "Precision and recall",
+        ("recall", "precision"), lambda curve: [curve.T[2:4]],
+        "Share of the pixels called dynamic that are (precision) against the share of the dynamic "
+        "pixels that are found (recall); all scored pixels together. Higher is better."),
+    "iou_by_threshold": (
+        "scores/mean_iou_at_0.05_to_0.95", "IoU by threshold", ("threshold", "mean IoU"),
+        lambda ious: [(THRESHOLDS, ious)],
+        "Mean over the frames with movers of the intersection over union, when pixels from this "
+        "probability on are called dynamic."),
+    "reliability": (
+        "scores/calibration/reliability", "Reliability of the probabilities",
+        ("stated probability", "share that is dynamic"),
+        lambda bins: [np.transpose([(b["mean_stated"], b["positive_share"]) for b in bins
+                                    if b["pixels"]]), DIAGONAL],
+        "Of the pixels whose stated probability falls into a bin, the share that is dynamic, "
+        "against the mean stated probability. On the diagonal probabilities mean what they say; "
+        "below it they are too high."),
+    "sparsification": (
+        "scores/uncertainty/sparsification", "Does the deviation know where the map is wrong?",
+        ("share taken away", "remaining error"), lambda curve: [curve.T[[0, 1]], curve.T[[0, 2]]],
+        "Mean error of the pixels that remain when those with the largest deviation are taken "
+        "away, as a share of the mean error of all; dashed, when those with the largest error are. "
+        "The nearer to the dashed line, the better; flat is guessing."),
+    "auc_by_frame": (
+        "frames", "AUC by frame", ("frame", "AUC"),
+        lambda frames: [np.transpose([(frame["index"], frame["auc"]) for frame in frames])],
+        "Area under the ROC curve of each frame alone. Frames whose truth has one class have "
+        "none."),
+}
+DIAGONAL = [0, 1], [0, 1]
 
 
-def _roc(axes, data):
-    _, rates, recalls, _ = np.transpose(data)
-    axes.plot(rates, recalls)
-    axes.plot([0, 1], [0, 1], **DIAGONAL)
-    axes.set(title="Receiver operating characteristic", xlabel="false-positive rate",
-             ylabel="recall")
-
-
-def _precision_recall(axes, data):
-    _, _, recalls, precisions = np.transpose(data)
-    axes.plot(recalls, precisions)
-    axes.set(title="Precision and recall", xlabel="recall", ylabel="precision", ylim=(0, 1))
-
-
-def _iou_by_threshold(axes, data):
-    axes.plot(THRESHOLDS, data, marker="o")
-    axes.set(title="IoU by threshold", xlabel="threshold", ylabel="mean IoU", xlim=(0, 1))
-
-
-def _reliability(axes, data):
-    stated, share = np.transpose([(b["mean_stated"], b["positive_share"]) for b in data
-                                  if b["pixels"]])
-    axes.plot(stated, share, marker="o")
-    axes.plot([0, 1], [0, 1], **DIAGONAL)
-    axes.set(title="Reliability of the probabilities", xlabel="stated probability",
-             ylabel="share that is dynamic")
-
-
-def _sparsification(axes, data):
-    removed, ranked, oracle = np.transpose(data)
-    axes.plot(removed, ranked)
-    axes.plot(removed, oracle, "--")
-    axes.set(title="Does the deviation know where the map is wrong?", xlabel="share taken away",
-             ylabel="remaining error")
-
-
-def _auc_by_frame(axes, data):
-    axes.plot([f["index"] for f in data], [f["auc"] for f in data], marker=".")
-    axes.set(title="AUC by frame", xlabel="frame", ylabel="AUC")
-
-
-# Of a run: what is drawn, its place in eval.json, what draws it, and its caption.
-OF_RUN = (
-    ("roc", "scores/curve_threshold_fpr_recall_precision", _roc,
-     "Share of the dynamic pixels that are called dynamic (recall) against the share of the static "
-     "ones that are, as the threshold falls; all scored pixels together. Higher is better; the "
-     "dotted diagonal is guessing."),
-    ("precision_recall", "scores/curve_threshold_fpr_recall_precision", _precision_recall,
-     "Share of the pixels called dynamic that are (precision) against the share of the dynamic "
-     "pixels that are found (recall); all scored pixels together. Higher is better."),
-    ("iou_by_threshold", "scores/mean_iou_at_0.05_to_0.95", _iou_by_threshold,
-     "Mean over the frames with movers of the intersection over union, when pixels from this "
-     "probability on are called dynamic."),
-    ("reliability", "scores/calibration/reliability", _reliability,
-     "Of the pixels whose stated probability falls into a bin, the share that is dynamic, against "
-     "the mean stated probability. On the dotted diagonal probabilities mean what they say; below "
-     "it they are too high."),
-    ("sparsification", "scores/uncertainty/sparsification", _sparsification,
-     "Mean error of the pixels that remain when those with the largest deviation are taken away, "
-     "as a share of the mean error of all; dashed, when those with the largest error are. The "
-     "nearer to the dashed line, the better; flat is guessing."),
-    ("auc_by_frame", "frames", _auc_by_frame,
-     "Area under the ROC curve of each frame alone. Frames whose truth has one class have none."),
-)
+def _draw(axes, lines, title, names):
+    """The second line is dashed."""
+    for (x, y), style in zip(lines, (".-", "--")):
+        axes.plot(x, np.array(y, float), style)
+    axes.set(title=title, xlabel=names[0], ylabel=names[1])
 
 
 def _write_page(folder, title, paragraph, table, figures):
@@ -110,9 +90,10 @@ def write_run_page(folder, evaluation, text):
     paragraph = ("Scored against {truth} ({truth_kind}, matched by {matched_by}); pixels: "
                  "{pixels}; {frames_scored} frames.").format(**evaluation)
     figures = []
-    for name, place, draw, caption in OF_RUN:
+    for name, (place, title, axes, lines_of, caption) in OF_RUN.items():
         if data := value_at(place, evaluation):
-            figures.append((name, caption, partial(draw, data=data)))
+            lines = lines_of(data if isinstance(data[0], dict) else np.array(data))
+            figures.append((name, caption, partial(_draw, lines=lines, title=title, names=axes)))
     return _write_page(folder, "Evaluation of a run", paragraph, text, figures)
 
 

@@ -11,7 +11,7 @@ from .objects import object_tables
 
 WORST = 5
 MAIN = ("mean_auc", "mean_iou", "mask_j")  # of these the worst are named, old and new compared
-SPREAD = {"mean": "mean", "median": "median", "deviation": "std", "least": "min", "most": "max"}
+SPREAD = {"mean": "mean", "median": "median", "min": "least"}  # of the figures of a group
 
 
 def to_frame(entries):
@@ -34,19 +34,12 @@ def groups_of(table):
     return both.groupby(["group", "profile"], sort=True)
 
 
-def _spread(values):
-    values = values.dropna()
-    if values.empty:
-        return None
-    spread = {name: getattr(values, of)() for name, of in SPREAD.items()}
-    return {"sequences": len(values)} | {
-        name: None if pandas.isna(value) else value for name, value in spread.items()}
-
-
 def to_json(entries, table, without_truth):
-    groups = [{"group": group, "profile": profile,
-               "figures": {name: _spread(rows[name]) for name in FIGURES}}
-              for (group, profile), rows in groups_of(table)]
+    groups = []
+    for (group, profile), rows in groups_of(table):
+        spread = rows[list(FIGURES)].agg(list(SPREAD)).rename(index=SPREAD)
+        spread = spread.dropna(axis=1)
+        groups.append({"group": group, "profile": profile, "figures": spread.to_dict()})
     return {"failed": int(table.error.notna().sum()), "without_truth": without_truth,
             "groups": groups, "sequences": entries}
 
@@ -119,19 +112,14 @@ def compare(old, new):
     both = old.merge(new, on=by, suffixes=(" old", " new"))
     if both.empty:
         return "old and new have no sequence in common\n"
-    both.index = both[by].agg(", ".join, axis=1)
-    sides = [both[[f"{figure} {side}" for figure in MAIN]].set_axis(MAIN, axis=1)
-             for side in ("old", "new")]
-    means = [pandas.concat([side, side.agg(["mean", "median"])]) for side in sides]
-    shown = {}
-    for figure in MAIN:
-        old_values, new_values = (side[figure] for side in means)
-        shown |= {f"{HEADINGS[figure]} old": old_values, f"{HEADINGS[figure]} new": new_values,
-                  f"{HEADINGS[figure]} change": new_values - old_values}
-    table = pandas.DataFrame(shown).dropna(axis=1, how="all")
-    text = to_text(table.rename_axis("old and new").reset_index(), 3)
-    for figure in MAIN:
-        for name, side in zip(("old", "new"), sides):
-            if names := worst_text(side[figure]):
-                text += f"worst {HEADINGS[figure]}, {name}: {names}\n"
+    both = both.set_index(both[by].agg(", ".join, axis=1)).rename_axis("old and new")
+    values = both[[f"{figure} {side}" for figure in MAIN for side in ("old", "new")]]
+    shown = pandas.concat([values, values.agg(["mean", "median"])]).rename_axis(both.index.name)
+    for place, figure in enumerate(MAIN):
+        change = shown[f"{figure} new"] - shown[f"{figure} old"]
+        shown.insert(3 * place + 2, f"{figure} change", change)
+    text = to_text(shown.dropna(axis=1, how="all").reset_index(), 3)
+    for column in values:
+        if names := worst_text(values[column]):
+            text += f"worst {column}: {names}\n"
     return text

@@ -58,12 +58,9 @@ def by_frame(timed, seconds):
     away. seconds: by frame, increasing."""
     frames, times = np.array(list(seconds)), np.array(list(seconds.values()))
     half = np.diff(times).min() / 2 if len(times) > 1 else np.inf
-    poses = {}
-    for time, pose in timed:
-        place = np.argmin(abs(times - time))
-        if abs(times[place] - time) < half:
-            poses[int(frames[place])] = pose
-    return poses
+    places = [np.argmin(abs(times - time)) for time, _ in timed]
+    return {int(frames[place]): pose for place, (time, pose) in zip(places, timed)
+            if abs(times[place] - time) < half}
 
 
 def _relative(poses, i, j):

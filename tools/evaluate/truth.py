@@ -140,13 +140,12 @@ class DriveTruth:
                                 for frame in read_json(drive / "scene.json")["frames"]}
         self.matched_by, self.masks = list_masks(folder, names, indices)
 
-    def count_points(self):
-        return sum(map(len, self.points.values()))
-
     def mask(self, line):
-        """None if it differs in size from the frame."""
         mask = read_mask(self.masks[line.index])
-        return mask if mask.shape == line.size else None
+        if mask.shape != line.size:
+            raise UsageError(f"the mask {self.masks[line.index]} has another size than its frame; "
+                             "give the masks of this drive")
+        return mask
 
     def moving_ids(self, line):
         """Numbers of movers by pixel, 0: none. None if the truth does not distinguish objects."""
@@ -157,14 +156,11 @@ class DriveTruth:
         return np.where(np.isin(ids, moving), ids, 0)
 
     def compare(self, line, grid, maps):
-        """The frame's maps beside its truth; None if its mask has another size."""
+        """The frame's maps beside its truth."""
         if self.scattered:
             return self._compare_points(line.index, grid, maps)
-        mask = self.mask(line)
-        if mask is None:
-            return None
         ids = self.moving_ids(line)
-        return ScoredFrame(line.index, *maps, grid.sample(mask),
+        return ScoredFrame(line.index, *maps, grid.sample(self.mask(line)),
                            ids=None if ids is None else grid.sample(ids),
                            objects=self.objects.get(line.index, {}))
 

@@ -164,7 +164,7 @@ class Golden(Case):
             drive.write_png(frame, np.zeros((drive.HEIGHT, drive.WIDTH), np.uint8))
         self.refused(2, 'which are other frames', made, f'--truth={self.root}/other/masks')
         drive.write_png(self.root / 'labels/000003.png', np.zeros((9, 9), np.uint8))
-        self.refused(2, '1 masks of', made, f'--truth={self.root}/labels')
+        self.refused(2, 'has another size', made, f'--truth={self.root}/labels')
         map_file = made / 'grid/000002.prob.png'
         map_file.unlink()
         self.refused(3, '000002.prob.png is not there', made, f'--truth={self.root}/masks')

@@ -218,7 +218,7 @@ class Things(Case):
         # Four boxes of 3 x 3 grid pixels, of which two share a corner.
         self.assertEqual(json_['outside_pixels'], 7 * 9 - (4 * 9 - 1))
         self.assertEqual(json_['outside_marked_share'], 1 / 28)
-        self.assertRegex(box_scores.box_table([json_]), r'moving vehicle +1 of 1 1\.00 1 of 1 1\.00 +-\n')
+        self.assertRegex(box_scores.box_table([json_]), r'moving vehicle +1 of 1 1\.00 +1 of 1 1\.00 +-\n')
 
     def test_mean_in_the_middle(self):
         (self.root / 'boxes.csv').write_text('frame,id,type,x1,y1,x2,y2,moving\n'
