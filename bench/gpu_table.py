@@ -6,6 +6,7 @@ A benchmark a row: its time, and what it counts, of which `fraction_of_` is of t
 
 import json
 import sys
+from pathlib import Path
 
 from common import markdown
 
@@ -25,26 +26,19 @@ def cell(value):
     return "" if value is None else f"{value:,.0f}" if value >= 1000 else f"{value:.3g}"
 
 
-def table(results, device):
+def table(results):
     """Markdown."""
-    runs = [run for run in results["benchmarks"] if run.get("run_type") != "aggregate"]
+    rows, runs = [], [run for run in results["benchmarks"] if run.get("run_type") != "aggregate"]
     columns = {key: title for key, title in COLUMNS.items() if any(key in run for run in runs)}
-    rows = []
     for run in runs:
         name = run["name"].replace("/real_time", "").replace("/process_time", "")
         time = run["error_message"] if run.get("error_occurred") else f"{cell(run['real_time'])} {run['time_unit']}"
         rows.append([name, time, *(cell(run.get(key)) for key in columns)])
+    device = results["context"].get("device", "an unnamed device")
     return f"# Benchmarks on {device}\n\n" + markdown(["benchmark", ">time", *(f">{title}" for title in columns.values())], rows)
 
 
-def main():
-    """Prints the table."""
+if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit(f"usage: {sys.argv[0]} FILE.json")
-    with open(sys.argv[1]) as file:
-        results = json.load(file)
-    print(table(results, results["context"].get("device", "an unnamed device")), end="")
-
-
-if __name__ == "__main__":
-    main()
+    print(table(json.loads(Path(sys.argv[1]).read_text())), end="")

@@ -32,12 +32,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from common import PROGRAM, ROOT, call  # noqa: E402
 
 DATA = Path(os.environ.get("EGOSIEVE_DATA", ROOT.parent / "shared" / "data"))
-PROFILES = {
-    "default": ["--profile=default"],
-    "fast": ["--profile=fast"],
-    "paper": ["--profile=paper"],
-    "paper_full": ["--profile=paper", "--set=novelty_filter=false", "--set=consistency_filter=false"],
-}
+PAPER_FULL = ["--profile=paper", "--set=novelty_filter=false", "--set=consistency_filter=false"]
 SOAK_SIZE, SOAK_BUDGET, TURN = (416, 128), 400, 250
 
 
@@ -76,7 +71,7 @@ def lines_of(run):
 
 
 def segment(frames, run, flags, samples=None):
-    """Segments, watched if there is a list for samples; the seconds by the clock and of the processor, and the most memory of this or an earlier run, in MiB."""
+    """Segments, watched where there is a list for samples; seconds by the clock, of the processor, and the most memory of any run, MiB."""
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
     words = [PROGRAM, "segment", frames, f"--out={run}", "--fps=10", "--progress=none", *flags]
     process = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -98,9 +93,10 @@ def stages(lines):
 def measure_profile(name, pictures, count, flags, scratch):
     """One profile's figures: of the whole drive, and by the difference of the whole and its first half."""
     half, costs = count // 2, []
+    flags = [*(PAPER_FULL if name == "paper_full" else [f"--profile={name}"]), *flags]
     for frames in (half, count):
         run = scratch / f"{name}_{frames}"
-        costs.append(segment(play([pictures], count, frames, scratch / f"{name}_{frames}_in"), run, [*PROFILES[name], *flags]))
+        costs.append(segment(play([pictures], count, frames, scratch / f"{name}_{frames}_in"), run, flags))
     lines, figures = lines_of(run), {"profile": name, "frames": count}
     for clock, first, whole in zip(("seconds", "processor_seconds"), *costs):
         figures |= {clock: whole, f"{clock}_per_frame": (whole - first) / (count - half)}

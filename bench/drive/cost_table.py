@@ -25,12 +25,6 @@ SERIES = [
 ]
 
 
-def measure(profile, what, value, frames):
-    """The profile's figures where `what` has that value."""
-    flags = [f"--{what}={value}"] if what in ("budget", "threads") else []
-    return bench_drive.measure([profile], frames or value, value if what == "megapixels" else None, flags)[0]
-
-
 def page(record):
     """A table for each series."""
     text = (
@@ -53,7 +47,9 @@ def main():
     for title, varied, values, frames, field, what, unit in SERIES:
         points = []
         for value in values:
-            found = measure(options.profile, varied, value, frames)
+            flags = [f"--{varied}={value}"] if varied in ("budget", "threads") else []
+            megapixels = value if varied == "megapixels" else None
+            found = bench_drive.measure([options.profile], frames or value, megapixels, flags)[0]
             points.append({"at": value, "cost": found[field]} | {k: found[k] for k in ("model_points", "resident_mebibytes")})
             print(f"{title}: {value} {unit}, {found[field]:.3g} {what}", flush=True)
         slope = np.polyfit(*np.log([(p["at"], p["cost"]) for p in points]).T, 1)[0]

@@ -23,9 +23,9 @@ OWN = "egosieve"
 def _cases(record):
     """A row per case, the covariances first, then dimensions and points; a column per library, egosieve first: its results."""
     cases = pandas.DataFrame(record["cases"])
-    order = cases[["dimension", "points"]].assign(other=cases.dimension != 6, varied=(cases.points != 1000) | (cases.dimension != 6))
-    order.loc[~order.varied, ["dimension", "points"]] = 0
-    cases = cases.loc[order.sort_values(["varied", "other", "dimension", "points"], kind="stable").index]
+    cases["varied"] = (cases.points != 1000) | (cases.dimension != 6)
+    cases["turn"] = cases.dimension.where(cases.dimension != 6, 0)
+    cases = cases.sort_values(["varied", "turn", "points"], kind="stable")
     keys = pandas.MultiIndex.from_frame(cases[["covariance", "points", "dimension"]])
     results = pandas.DataFrame(list(cases.results), index=keys)
     return results[[OWN, *results.columns.drop(OWN)]]

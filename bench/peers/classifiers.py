@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Gaussian process classifiers of Egosieve and scikit-learn compared: one run, the same folds.
 
-    PYTHONPATH=P/lib/python3.11/site-packages bench/peers/classifiers.py [--folds N]
+    PYTHONPATH=P/lib/python3.11/site-packages bench/peers/classifiers.py
 
 P: a tree of `./run install`. Inputs are standardised on the training rows; accuracy and log loss are those of all rows,
 each predicted by the fold that left it out. Iris, breast cancer and the first 600 digits are scikit-learn's; of the
@@ -10,7 +10,6 @@ of about one row in ten, 1,000 rows in 3 dimensions. scikit-learn's default kern
 the length and amplitude that it optimises.
 """
 
-import argparse
 import sys
 import time
 import warnings
@@ -31,6 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from common import RESULTS, markdown  # noqa: E402
 
+FOLDS = 5
 CLASSIFIERS = {
     "scikit-learn, default": gaussian_process.GaussianProcessClassifier,
     "scikit-learn, trained": lambda: gaussian_process.GaussianProcessClassifier(ConstantKernel(1.0) * RBF(1.0)),
@@ -61,26 +61,23 @@ DATA = {
 }
 
 
-def measure(make, X, y, folds):
+def measure(make, X, y):
     begin = time.perf_counter()
-    splits = StratifiedKFold(folds, shuffle=True, random_state=0)
+    splits = StratifiedKFold(FOLDS, shuffle=True, random_state=0)
     found = cross_val_predict(make_pipeline(StandardScaler(), make()), X, y, cv=splits, method="predict_proba")
     classes = np.unique(y)
     accuracy = accuracy_score(y, classes[found.argmax(axis=1)])
-    return f"{accuracy:.3f} / {log_loss(y, found, labels=classes):.3f} / {(time.perf_counter() - begin) / folds:.1f} s"
+    return f"{accuracy:.3f} / {log_loss(y, found, labels=classes):.3f} / {(time.perf_counter() - begin) / FOLDS:.1f} s"
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--folds", type=int, default=5)
-    folds = parser.parse_args().folds
     warnings.simplefilter("ignore")
     rows = []
     for name, load in DATA.items():
-        rows.append([name, *(measure(make, *load(), folds) for make in CLASSIFIERS.values())])
+        rows.append([name, *(measure(make, *load()) for make in CLASSIFIERS.values())])
         print(*rows[-1], sep=", ", flush=True)
     text = (
-        f"# Classifiers\n\n`bench/peers/classifiers.py --folds {folds}`: accuracy / log loss / time of fit and prediction of one fold;"
+        f"# Classifiers\n\n`bench/peers/classifiers.py`: accuracy / log loss / time of fit and prediction of one of {FOLDS} folds;"
         f" Egosieve {egosieve.__version__}, scikit-learn {sklearn.__version__}, {egosieve.threads()} threads, {egosieve.devices()[0]}.\n\n"
     )
     (RESULTS / "classifiers.md").write_text(text + markdown(["", *CLASSIFIERS], rows))

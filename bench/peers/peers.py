@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Egosieve compared with other libraries: one run, the same data, the same two cores.
 
-    bench/peers/peers.py [--rounds N] [--cases TEXT,TEXT] [--only NAME,NAME]
+    bench/peers/peers.py [--rounds N] [--cases TEXT,TEXT]
 
 Exact posteriors in scikit-learn, GPyTorch, GPy and OpenTURNS: every covariance that one of them has with n = 1000 points in
 D = 6 dimensions, and the Matern 5/2 with n = 1000 to 16000 and D = 2 and 32. Of each the fit at given hyperparameters, the
@@ -69,11 +69,10 @@ CASES = (
 )
 
 
-def interpreters(wanted):
+def interpreters():
     """Of each library that could be installed the interpreter of its environment, and why the others could not."""
     found, absent = {}, {}
-    for name in wanted:
-        library = LIBRARIES[name]
+    for name, library in LIBRARIES.items():
         try:
             found[name] = environment(f"peers/{library.module_name}", [*BASE, *library.packages])
         except RuntimeError as error:
@@ -142,14 +141,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--cases", default="")
-    parser.add_argument("--only", default=",".join(LIBRARIES))
     options = parser.parse_args()
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:2])
     say("installing egosieve")
     installed = CACHE / "peers" / "installed"
     call(ROOT / "run", "install", f"--prefix={installed}")
     modules = next(installed.glob("lib/python3.*/site-packages"))
-    pythons, absent = interpreters(options.only.split(","))
+    pythons, absent = interpreters()
     record = {"queries": QUERIES, "joint_queries": JOINT_QUERIES, "rounds": options.rounds, "absent": absent, "cases": []}
     for case in CASES:
         if not any(text in case.name() for text in options.cases.split(",")):

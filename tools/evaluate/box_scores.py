@@ -82,7 +82,8 @@ def box_table(scores):
                               columns=[d for d in ("all", *DISTANCES) if d in table.columns])
         text = to_text(table.reset_index())
     drives = pandas.DataFrame(scores)
-    marked = (drives.outside_marked_share * drives.outside_pixels).sum()
+    pixels = drives.outside_pixels.sum()
+    marked = (drives.outside_marked_share * drives.outside_pixels).sum() / max(1, pixels)
     return text + (f"{drives.left_out.sum()} boxes left out (largely hidden, or class or motion "
-                   f"unknown); outside all boxes {marked / max(1, drives.outside_pixels.sum()):.4f} "
-                   f"is marked; {drives.frames.sum()} frames\n")
+                   f"unknown); outside all boxes {marked:.4f} is marked; {drives.frames.sum()} "
+                   "frames\n")

@@ -32,7 +32,7 @@ def _scoring():
     parser = argparse.ArgumentParser(add_help=False)
     add = parser.add_argument
     add("--pixels", choices=("grid", "full"), default="grid",
-        help="grid: those of the maps; full: every one, after refine")
+        help="grid: those of the maps; full: every one, after refine --what=probability")
     add("--with-prior", action="store_true",
         help="score the frames before the first that was learnt from, too")
     for name, value, text in (
@@ -140,9 +140,10 @@ def _score_run(path, options):
     if not truth and not further:
         raise UsageError("--truth is missing, and no other truth lies beside the frames; give "
                          "masks, tracks or --boxes to score against")
-    fields, text = {"run": str(run.path.absolute()), "further": further or None}, ""
+    fields = {"run": str(run.path.absolute()), "further": further or None}
+    text = f"{path}:\n" if len(options.runs) > 1 else ""
     if further:
-        text = box_table([further["boxes"]]) if "boxes" in further else ""
+        text += box_table([further["boxes"]]) if "boxes" in further else ""
         text += camera_table([({"run": path}, further)])
         write_file(run.path / "further.json", to_json(further))
     if truth:
@@ -161,8 +162,6 @@ def _score_run(path, options):
 
 def _score_runs(options):
     for path in options.runs:
-        if len(options.runs) > 1 and not options.json:
-            print(f"{path}:")
         _score_run(path, options)
     return 0
 
@@ -200,8 +199,8 @@ def _run_suite(options):
 def _report_folds(options):
     from .folds import read_candidates, report
 
-    text, _ = report(read_candidates(options.suites, options.figure), options.figure, options.folds)
-    print(text, end="")
+    values = read_candidates(options.suites, options.figure)
+    print(report(values, options.figure, options.folds)[0], end="")
     return 0
 
 

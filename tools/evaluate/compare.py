@@ -2,11 +2,10 @@
 """Compares the segmenter with other methods on the same labels, descriptors, frames and pixels.
 
     tools/evaluate/compare.py ../shared/data/davis-train --out=out/compare --max_frames=24
-    tools/evaluate/compare.py drive/frames --truth=drive/masks --out=out/compare
 
-INPUT is a folder of pictures with --truth, or a folder of sequences, each with frames/ and masks/,
-labels/ or tracks.csv. `egosieve segment --set dump_features=DIR` gives every method the same labelled
-places and the same grid. Needs Debian's python3-sklearn, python3-opencv and python3-numpy.
+INPUT is a folder of sequences, or one, each with frames/ and masks/, labels/ or tracks.csv.
+`egosieve segment --set dump_features=DIR` gives every method the same labelled places and the same
+grid. Needs Debian's python3-sklearn, python3-opencv and python3-numpy.
 
     arcsine, squared_exponential   the segmenter with either covariance
     svm, logistic, forest          scikit-learn's, trained anew in each frame on the labels kept so
@@ -282,19 +281,19 @@ def truth_of(truth, line, dump):
     return rows, values[rows] == DYNAMIC
 
 
-def compare_drive(options, name, source, truth):
+def compare_drive(options, sequence):
     """A row per frame and method; AUC and J are not a number where a class is missing."""
-    folder = options.out / "runs" / name
-    runs = {m: segmented(options, source, folder, m) for m in COVARIANCES if m in options.methods}
+    folder = options.out / "runs" / sequence.name
+    runs = {m: segmented(options, sequence.frames, folder, m) for m in COVARIANCES if m in options.methods}
     run = next(iter(runs.values()))
     flags = run.description["flags"]
-    truth = DriveTruth(truth, run)
+    truth = DriveTruth(sequence.truth, run)
     prior = LocationPrior(float(flags["location_prior"]))
     rivals = {m: Classifier(m, flags).answer if m in CLASSIFIERS else FRAME_BY_FRAME[m]
               for m in options.methods if m not in COVARIANCES}  # fmt: skip
 
     def picture(index):
-        return cv2.imread(str(source / run.lines[index].image), cv2.IMREAD_GRAYSCALE)
+        return cv2.imread(str(sequence.frames / run.lines[index].image), cv2.IMREAD_GRAYSCALE)
 
     rows = []
     for position, line in enumerate(run.lines):
@@ -319,7 +318,7 @@ def compare_drive(options, name, source, truth):
             called = scores >= 0.5
             auc = roc_auc_score(moves, scores) if 0 < moves.sum() < len(moves) else np.nan
             j = (called & moves).sum() / (called | moves).sum() if moves.any() else np.nan
-            rows.append({"drive": name, "frame": line.index, "method": method, "auc": auc, "j": j,
+            rows.append({"drive": sequence.name, "frame": line.index, "method": method, "auc": auc, "j": j,
                          "milliseconds": took[method]})  # fmt: skip
     return rows
 
@@ -356,7 +355,6 @@ def main():
     """Segments, compares, writes and prints."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("input", type=Path)
-    parser.add_argument("--truth", type=Path, help="masks or tracks.csv of the one drive INPUT")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--methods", default=",".join(METHODS), help="compared with the first")
     parser.add_argument("--max_frames", type=int, default=0, help="of each drive; 0: all")
@@ -370,14 +368,12 @@ def main():
     if not set(options.methods) & set(COVARIANCES):
         parser.error(f"--methods needs one of {', '.join(COVARIANCES)}")
     try:
-        drives = ([("drive", options.input, options.truth)] if options.truth else
-                  [(s.name, s.frames, s.truth) for s in find_sequences(options.input)[0]])
-        rows = [row for drive in drives for row in compare_drive(options, *drive)]
+        sequences, _ = find_sequences(options.input)
+        rows = pandas.DataFrame(row for s in sequences for row in compare_drive(options, s))
     except (InputError, UsageError) as error:
         parser.error(str(error))
-    if not rows:
+    if rows.empty:
         parser.error(f"no frame with truth in {options.input}")
-    rows = pandas.DataFrame(rows)
     rows.to_csv(options.out / "compare.csv", index=False, na_rep="nan")
     table = summarise(rows)
     (options.out / "compare.json").write_text(json.dumps(table, indent=1) + "\n")

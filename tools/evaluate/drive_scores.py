@@ -10,7 +10,7 @@ import numpy as np
 
 from .boundary import boundary_f
 from .objects import ObjectTally, components_of, objects_of_map, score_objects
-from .pixel_scores import FULL_PIXEL, Counts, score_of, threshold_of
+from .pixel_scores import FULL_PIXEL, Counts, mean_of, score_of, threshold_of
 from .truth import DYNAMIC, VOID
 from .uncertainty import Uncertainty
 
@@ -19,12 +19,6 @@ THRESHOLDS = np.round(0.05 * np.arange(1, 20), 2)  # at which the mean IoU over 
 FIGURES = {"auc": "AUC", "average_precision": "AP", "iou": "IoU", "f": "F",
            "boundary_f": "bound. F", "best_iou": "best IoU", "false_positive_rate": "FP rate",
            "brier": "Brier", "log_loss": "log loss"}
-
-
-def class_deviation(scores):
-    """2 sqrt(p (1 - p)), the deviation of the class, which follows from the probability."""
-    p = scores / FULL_PIXEL
-    return score_of(2 * np.sqrt(p * (1 - p)))
 
 
 class DriveScores:
@@ -46,7 +40,8 @@ class DriveScores:
         positive = frame.truth[known] == DYNAMIC
         own = Counts(score, positive)
         self.pooled.add(own)
-        self.class_uncertainty.add(score, class_deviation(score), positive)
+        p = score / FULL_PIXEL
+        self.class_uncertainty.add(score, score_of(2 * np.sqrt(p * (1 - p))), positive)
         if frame.deviation is not None:
             self.has_deviation = True
             self.uncertainty.add(score, frame.deviation[known], positive)
@@ -78,8 +73,7 @@ class DriveScores:
         return boundary_f((frame.probability >= self.threshold) & ~void, dynamic)
 
     def mean(self, figure):
-        values = [frame[figure] for frame in self.frames if frame[figure] is not None]
-        return float(np.mean(values)) if values else None
+        return mean_of(frame[figure] for frame in self.frames)
 
     def to_json(self):
         best = self.pooled.best_threshold()

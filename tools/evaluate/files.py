@@ -32,8 +32,7 @@ def read_json(path):
 
 def read_image(path, flags=cv2.IMREAD_UNCHANGED):
     if not Path(path).is_file():
-        what = "is not a regular file" if Path(path).exists() else "is not there"
-        raise InputError(f"{path} {what}")
+        raise InputError(f"{path} is not there, or is no file")
     image = cv2.imread(str(path), flags)
     if image is None:
         raise InputError(f"{path} is no image that can be read; remove or replace it")

@@ -60,7 +60,7 @@ def _score_maps(run, truth, options):
     boxes = dict(list(read_boxes(truth["boxes"]).groupby("frame"))) if "boxes" in truth else {}
     own = read_mask(truth["own_vehicle"]) != STATIC if "own_vehicle" in truth else None
     for line in run.scorable_lines():
-        if line.of_prior and not options.with_prior:
+        if line.of_prior and not options.with_prior or own is None and line.index not in boxes:
             continue
         grid = run.grid(line, options.pixels)
         probability, _ = run.maps(line, options.pixels)

@@ -10,18 +10,12 @@
 Frames are added in their order. Void pixels are static in both masks.
 """
 
-import numpy as np
-
 from .boundary import boundary_f
 from .identity import Identity
 from .objects import ObjectTally, score_objects
+from .pixel_scores import mean_of
 from .stability import describe_outline, outline_change
 from .truth import DYNAMIC, VOID
-
-
-def _mean(values):
-    values = [value for value in values if value is not None]
-    return float(np.mean(values)) if values else None
 
 
 class MaskScores:
@@ -52,7 +46,8 @@ class MaskScores:
             self.identity.add(true_ids, ids, void)
 
     def to_json(self):
-        return {"frames": self.frames, "j": _mean([*self.js.values()]), "boundary_f": _mean(self.fs),
-                "temporal_instability": _mean(self.ts),
-                "temporal_instability_of_truth": _mean(self.true_ts),
+        return {"frames": self.frames, "j": mean_of(self.js.values()),
+                "boundary_f": mean_of(self.fs),
+                "temporal_instability": mean_of(self.ts),
+                "temporal_instability_of_truth": mean_of(self.true_ts),
                 "identity": self.identity.score(), **self.objects.to_json()}

@@ -58,8 +58,6 @@ class RunFolder:
 
     def __init__(self, path):
         self.path = Path(path)
-        if not (self.path / "run.json").is_file():
-            raise InputError(f"there is no run in {path}: it has no run.json")
         self.description = read_json(self.path / "run.json")
         if self.description.get("format_version") != FORMAT:
             raise UsageError(f"{path}/run.json has another format than {FORMAT}; segment again")
@@ -100,8 +98,5 @@ class RunFolder:
         size = len(grid.y), len(grid.x)
         probability, deviation = (self.frame_file(pixels, line, f".{what}.png")
                                   for what in ("prob", "std"))
-        if pixels == "full" and not probability.exists():
-            raise UsageError(f"the run has no full/ map of frame {line.index}; run egosieve "
-                             "refine --what=probability on it first, or use --pixels=grid")
         return (read_numbers(probability, size),
                 read_numbers(deviation, size) if deviation.exists() else None)

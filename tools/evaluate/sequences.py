@@ -7,23 +7,13 @@
 A sequence's name is its path below the suite. Its group is the first part of that path.
 """
 
-from dataclasses import dataclass
+from collections import namedtuple
 from pathlib import Path
 
 from .files import InputError
 
 DEPTH = 3
-
-
-@dataclass(frozen=True)
-class Sequence:
-    name: str  # davis/cows
-    frames: Path
-    truth: Path
-
-    @property
-    def group(self):
-        return self.name.split("/")[0]
+Sequence = namedtuple("Sequence", "name frames truth")  # davis/cows, paths
 
 
 def truth_in(folder):

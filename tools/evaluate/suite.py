@@ -83,7 +83,7 @@ def _score(run, sequence, options):
 
 def _run_sequence(sequence, profile, flags, options):
     """What suite.json has of it; with an error nothing follows."""
-    entry = {"sequence": sequence.name, "group": sequence.group, "profile": profile,
+    entry = {"sequence": sequence.name, "group": sequence.name.split("/")[0], "profile": profile,
              "truth": str(sequence.truth), "error": None, "frames": 0, **figures_of({})}
     path = Path(options.out) / "runs" / profile / sequence.name
     try:

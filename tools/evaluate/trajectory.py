@@ -39,8 +39,6 @@ def _rows(path, count):
 def read_tum(path):
     """[(seconds, (rotation, centre))] of lines `seconds tx ty tz qx qy qz qw`, camera to world."""
     rows = _rows(path, 8)
-    if not rows[:, 4:].any(axis=1).all():
-        raise InputError(f"{path}: a quaternion is zero")
     return [(row[0], (Rotation.from_quat(row[4:]).as_matrix(), row[1:4])) for row in rows]
 
 

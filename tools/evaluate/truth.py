@@ -47,7 +47,7 @@ def list_images(folder):
 
 
 def _numbers_in(names):
-    """By the name's last run of digits, its place; empty if a name has none or two have the same."""
+    """Places of names by their last run of digits; empty if a name has none or two are equal."""
     found = [re.findall(r"\d+", name) for name in names]
     places = {int(digits[-1]): place for place, digits in enumerate(found) if digits}
     return places if len(places) == len(names) else {}
@@ -180,15 +180,14 @@ class DriveTruth:
 def check_same_drive(run, truth):
     """UsageError if the truth belongs to other frames than the run's."""
     path = Path(truth).absolute()
-    for beside in (path / "frames", path.parent / "frames"):
-        if beside.is_dir():
-            if run.input.exists() and beside.samefile(run.input):
-                return
-            first = int(run.description["flags"].get("from", 0) or 0)
-            if _fingerprint(beside, first) == run.description["input"]["fingerprint"]:
-                return
-            raise UsageError(f"the run in {run.path} is of {run.input}, the truth {truth} of "
-                             f"{beside}, which are other frames; give the truth of this drive")
+    places = (folder / "frames" for folder in (path, path.parent))
+    beside = next((place for place in places if place.is_dir()), None)
+    if not beside or run.input.exists() and beside.samefile(run.input):
+        return
+    first = int(run.description["flags"].get("from", 0) or 0)
+    if _fingerprint(beside, first) != run.description["input"]["fingerprint"]:
+        raise UsageError(f"the run in {run.path} is of {run.input}, the truth {truth} of "
+                         f"{beside}, which are other frames; give the truth of this drive")
 
 
 def _fingerprint(folder, first):

@@ -169,7 +169,7 @@ class Golden(Case):
         map_file.unlink()
         self.refused(3, '000002.prob.png is not there', made, f'--truth={self.root}/masks')
         os.mkfifo(map_file)  # reading it would wait forever
-        self.refused(3, 'is not a regular file', made, f'--truth={self.root}/masks')
+        self.refused(3, 'is no file', made, f'--truth={self.root}/masks')
         lines = [drive.line(k) | {'width_pixels': 0} for k in range(drive.FRAMES)]
         (made / 'frames.jsonl').write_text(''.join(json.dumps(line) + '\n' for line in lines))
         self.refused(2, f'the run in {made} has no map', made)
@@ -184,8 +184,8 @@ class Suites(Case):
             (self.root / name).mkdir(parents=True)
         (self.root / 'd/unfinished').touch()
         found, without = find_sequences(self.root)
-        self.assertEqual([(s.name, s.group, s.truth.name) for s in found],
-                         [('a/one', 'a', 'masks'), ('b/two', 'b', 'labels')])
+        self.assertEqual([(s.name, s.truth.name) for s in found],
+                         [('a/one', 'masks'), ('b/two', 'labels')])
         self.assertEqual(without, ['c', 'd'])
         with self.assertRaisesRegex(InputError, 'no sequence'):
             find_sequences(self.root / 'c')
