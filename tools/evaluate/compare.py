@@ -176,13 +176,13 @@ def homogeneous(points):
 
 
 def transfer_distances(first, second, homography):
-    moved = cv2.perspectiveTransform(first[None].astype(float), homography)[0]
-    return np.hypot(*(moved - second).T)
+    moved = homogeneous(first) @ homography.T
+    return np.hypot(*(moved[:, :2] / moved[:, 2:] - second).T)
 
 
 def line_distances(first, second, fundamental):
-    lines = cv2.computeCorrespondEpilines(first[None].astype(float), 1, fundamental)[:, 0]
-    return np.abs((lines * homogeneous(second)).sum(1))
+    lines = homogeneous(first) @ fundamental.T
+    return np.abs((lines * homogeneous(second)).sum(1)) / np.hypot(lines[:, 0], lines[:, 1])
 
 
 def fitted(pair, is_fundamental):
@@ -318,8 +318,8 @@ def compare_drive(options, sequence):
             called = scores >= 0.5
             auc = roc_auc_score(moves, scores) if 0 < moves.sum() < len(moves) else np.nan
             j = (called & moves).sum() / (called | moves).sum() if moves.any() else np.nan
-            rows.append({"drive": sequence.name, "frame": line.index, "method": method, "auc": auc, "j": j,
-                         "milliseconds": took[method]})  # fmt: skip
+            rows.append({"drive": sequence.name, "frame": line.index, "method": method,
+                         "auc": auc, "j": j, "milliseconds": took[method]})  # fmt: skip
     return rows
 
 
