@@ -6,16 +6,19 @@ A benchmark a row: its time, and what it counts, of which `fraction_of_` is of t
 
 import json
 import sys
+from pathlib import Path
 
-COLUMNS = (
-    ("queries_per_second", "queries/s"),
-    ("evaluations_per_second", "evaluations/s"),
-    ("pairs_per_second", "pairs/s"),
-    ("points_per_second", "points/s"),
-    ("kitti_pictures_per_second", "pictures of 1242x375 /s"),
-    ("gflops", "GFLOP/s"),
-    ("fraction_of_fma_peak", "of the multiply-add peak"),
-)
+from common import markdown
+
+COLUMNS = {
+    "queries_per_second": "queries/s",
+    "evaluations_per_second": "evaluations/s",
+    "pairs_per_second": "pairs/s",
+    "points_per_second": "points/s",
+    "kitti_pictures_per_second": "pictures of 1242x375 /s",
+    "gflops": "GFLOP/s",
+    "fraction_of_fma_peak": "of the multiply-add peak",
+}
 
 
 def cell(value):
@@ -23,34 +26,19 @@ def cell(value):
     return "" if value is None else f"{value:,.0f}" if value >= 1000 else f"{value:.3g}"
 
 
-def table(results, device):
+def table(results):
     """Markdown."""
-    runs = [run for run in results["benchmarks"] if run.get("run_type") != "aggregate"]
-    columns = [column for column in COLUMNS if any(column[0] in run for run in runs)]
-    lines = [
-        f"# Benchmarks on {device}",
-        "",
-        f"| benchmark | time | {' | '.join(title for _, title in columns)} |",
-        "|---|---:|" + "---:|" * len(columns),
-    ]
+    rows, runs = [], [run for run in results["benchmarks"] if run.get("run_type") != "aggregate"]
+    columns = {key: title for key, title in COLUMNS.items() if any(key in run for run in runs)}
     for run in runs:
         name = run["name"].replace("/real_time", "").replace("/process_time", "")
-        if run.get("error_occurred"):
-            lines.append(f"| {name} | {run['error_message']} |" + " |" * len(columns))
-            continue
-        cells = " | ".join(cell(run.get(key)) for key, _ in columns)
-        lines.append(f"| {name} | {cell(run['real_time'])} {run['time_unit']} | {cells} |")
-    return "\n".join(lines)
-
-
-def main():
-    """Prints the table."""
-    if len(sys.argv) != 2:
-        sys.exit(f"usage: {sys.argv[0]} FILE.json")
-    with open(sys.argv[1]) as file:
-        results = json.load(file)
-    print(table(results, results["context"].get("device", "an unnamed device")))
+        time = run["error_message"] if run.get("error_occurred") else f"{cell(run['real_time'])} {run['time_unit']}"
+        rows.append([name, time, *(cell(run.get(key)) for key in columns)])
+    device = results["context"].get("device", "an unnamed device")
+    return f"# Benchmarks on {device}\n\n" + markdown(["benchmark", ">time", *(f">{title}" for title in columns.values())], rows)
 
 
 if __name__ == "__main__":
-    main()
+    if len(sys.argv) != 2:
+        sys.exit(f"usage: {sys.argv[0]} FILE.json")
+    print(table(json.loads(Path(sys.argv[1]).read_text())), end="")

@@ -23,9 +23,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(ROOT / "bench" / "drive"))
+sys.path.insert(0, str(ROOT / "bench"))
 
-from machine import machine  # noqa: E402
+from common import machine  # noqa: E402
 
 OUT = ROOT / "out" / "results"
 DATA = Path(os.environ.get("EGOSIEVE_DATA", ROOT.parent / "shared" / "data"))

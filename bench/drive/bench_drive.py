@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """The cost per frame of a long drive, as JSON.
 
-    ./run bench_drive [--frames N] [--profiles default,fast,paper,paper_full,opencv] [--megapixels X] [--threads N] [--budget N]
+    ./run bench_drive [--frames N] [--profiles default,fast,paper,paper_full,opencv]
     ./run bench_drive --soak [--frames N]
 
 KITTI's residential street, played back and forth, is segmented twice, whole and half of it; the second half of the frames is the steady
@@ -27,16 +27,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
-PROGRAM = Path(os.environ.get("EGOSIEVE_PROGRAM", ROOT / "bazel-bin" / "tools" / "egosieve"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from common import PROGRAM, ROOT, call  # noqa: E402
+
 DATA = Path(os.environ.get("EGOSIEVE_DATA", ROOT.parent / "shared" / "data"))
-PROFILES = {
-    "default": ["--profile=default"],
-    "fast": ["--profile=fast"],
-    "paper": ["--profile=paper"],
-    "paper_full": ["--profile=paper", "--set=novelty_filter=false", "--set=consistency_filter=false"],
-}
-SOAK_SIZE, TURN = (416, 128), 250
+PAPER_FULL = ["--profile=paper", "--set=novelty_filter=false", "--set=consistency_filter=false"]
+SOAK_SIZE, SOAK_BUDGET, TURN = (416, 128), 400, 250
 
 
 def back_and_forth(pictures, i):
@@ -73,12 +70,13 @@ def lines_of(run):
     return [json.loads(line) for line in (run / "frames.jsonl").read_text().splitlines()]
 
 
-def segment(frames, run, flags, watch=lambda process: None):
-    """Segments; the seconds by the clock and of the processor, and the most memory of this or an earlier run, in MiB."""
+def segment(frames, run, flags, samples=None):
+    """Segments, watched where there is a list for samples; seconds by the clock, of the processor, and the most memory of any run, MiB."""
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
     words = [PROGRAM, "segment", frames, f"--out={run}", "--fps=10", "--progress=none", *flags]
     process = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    watch(process)
+    if samples is not None:
+        threading.Thread(target=watch_soak, args=(process, run, samples), daemon=True).start()
     said = process.communicate()[1]
     if process.returncode != 0:
         sys.exit(f"bench_drive: exit code {process.returncode}: {said.strip()[-500:]}")
@@ -93,20 +91,16 @@ def stages(lines):
 
 
 def measure_profile(name, pictures, count, flags, scratch):
-    """One profile's figures."""
-    half = count // 2
-    costs = []
+    """One profile's figures: of the whole drive, and by the difference of the whole and its first half."""
+    half, costs = count // 2, []
+    flags = [*(PAPER_FULL if name == "paper_full" else [f"--profile={name}"]), *flags]
     for frames in (half, count):
         run = scratch / f"{name}_{frames}"
-        costs.append(segment(play([pictures], count, frames, scratch / f"{name}_{frames}_in"), run, [*PROFILES[name], *flags]))
-    lines = lines_of(run)
-    return {
-        "profile": name,
-        "frames": count,
-        "seconds": costs[1][0],
-        "processor_seconds": costs[1][1],
-        "seconds_per_frame": (costs[1][0] - costs[0][0]) / (count - half),
-        "processor_seconds_per_frame": (costs[1][1] - costs[0][1]) / (count - half),
+        costs.append(segment(play([pictures], count, frames, scratch / f"{name}_{frames}_in"), run, flags))
+    lines, figures = lines_of(run), {"profile": name, "frames": count}
+    for clock, first, whole in zip(("seconds", "processor_seconds"), *costs):
+        figures |= {clock: whole, f"{clock}_per_frame": (whole - first) / (count - half)}
+    return figures | {
         "milliseconds_by_stage_median": stages(lines[half:]),
         "model_points": lines[-1]["model_size"],
         "resident_mebibytes": costs[1][2],
@@ -130,7 +124,7 @@ def measure_opencv(pictures, count):
     return {"profile": "opencv", "seconds_per_frame": statistics.median(clock), "processor_seconds_per_frame": statistics.median(processor)}
 
 
-def measure(profiles, frames, megapixels, flags):
+def measure(profiles, frames, megapixels=None, flags=()):
     """All profiles' figures."""
     with tempfile.TemporaryDirectory() as folder:
         scratch, pictures = Path(folder), street()
@@ -164,19 +158,15 @@ def watch_soak(process, run, samples):
             continue
 
 
-def soak(count, flags):
+def soak(count):
     """Early and late figures of one long drive, and their ratios."""
     with tempfile.TemporaryDirectory() as folder:
         scratch, samples = Path(folder), []
-        made = [PROGRAM, "synthesize", "--scenario=junction", "--frames=40", f"--out={scratch / 'made'}", "--progress=none"]
-        subprocess.run([*map(str, made), f"--width={SOAK_SIZE[0]}", f"--height={SOAK_SIZE[1]}"], check=True, stdout=subprocess.DEVNULL)
+        call(PROGRAM, "synthesize", "--scenario=junction", "--frames=40", f"--out={scratch / 'made'}", "--progress=none",
+             f"--width={SOAK_SIZE[0]}", f"--height={SOAK_SIZE[1]}")  # fmt: skip
         clips = [sorted((scratch / "made" / "frames").iterdir()), scaled(street(), SOAK_SIZE, scratch / "street")]
         run = scratch / "run"
-
-        def watch(process):
-            threading.Thread(target=watch_soak, args=(process, run, samples), daemon=True).start()
-
-        segment(play(clips, TURN, count, scratch / "in"), run, flags, watch)
+        segment(play(clips, TURN, count, scratch / "in"), run, [f"--budget={SOAK_BUDGET}"], samples)
         lines = lines_of(run)
     begin, window = min(2000, count // 4), min(2 * TURN, count // 4)
     result = {"frames": count, "frames_without_map": sum(line["outcome"] == "failed" for line in lines)}
@@ -201,16 +191,11 @@ def main():
     parser.add_argument("--soak", action="store_true")
     parser.add_argument("--frames", type=int, help="300; of a soak 14500")
     parser.add_argument("--profiles", default="default,fast,paper,paper_full,opencv")
-    parser.add_argument("--megapixels", type=float, help="scales the pictures")
-    parser.add_argument("--threads", type=int, default=0)
-    parser.add_argument("--budget", type=int, help="the model's points; of a soak 400")
     options = parser.parse_args()
-    budget = options.budget or (400 if options.soak else 0)
-    flags = [f"--threads={options.threads}"] + [f"--budget={budget}"] * (budget > 0)
     if options.soak:
-        results = [soak(options.frames or 14500, flags)]
+        results = [soak(options.frames or 14500)]
     else:
-        results = measure(options.profiles.split(","), options.frames or 300, options.megapixels, flags)
+        results = measure(options.profiles.split(","), options.frames or 300)
     print(json.dumps(results, indent=1))
     sys.exit(any(result.get("frames_without_map") for result in results))
 

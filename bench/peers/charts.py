@@ -1,6 +1,12 @@
 """The tables and the plot of peers.py, from its record and nothing else."""
 
-import math
+import matplotlib
+import numpy as np
+import pandas
+from common import markdown
+
+matplotlib.use("Agg")
+from matplotlib import pyplot as plt  # noqa: E402
 
 TITLES = {
     "predict": ("Mean and variance of {queries:,} queries", "queries/s"),
@@ -11,147 +17,87 @@ TITLES = {
     "replace": ("64 points replaced, then mean and variance at 256 queries; libraries without updates fit anew", "s"),
     "append": ("64 points appended, likewise; GPyTorch fast_pred_var by fantasy models", "s"),
 }
-COLOURS = {
-    "scikit-learn": "#d08a2e",
-    "GPyTorch exact": "#c0392b",
-    "GPyTorch fast_pred_var": "#e39a92",
-    "GPy": "#5b8c3a",
-    "OpenTURNS": "#7a5ea8",
-}
 OWN = "egosieve"
-ROW, LEFT, WIDTH, TOP = 24, 230, 520, 54
 
 
-def _seconds(case, name, task):
-    return case["results"].get(name, {}).get("seconds", {}).get(task)
+def _cases(record):
+    """A row per case, the covariances first, then dimensions and points; a column per library, egosieve first: its results."""
+    cases = pandas.DataFrame(record["cases"])
+    cases["varied"] = (cases.points != 1000) | (cases.dimension != 6)
+    cases["turn"] = cases.dimension.where(cases.dimension != 6, 0)
+    cases = cases.sort_values(["varied", "turn", "points"], kind="stable")
+    keys = pandas.MultiIndex.from_frame(cases[["covariance", "points", "dimension"]])
+    results = pandas.DataFrame(list(cases.results), index=keys)
+    return results[[OWN, *results.columns.drop(OWN)]]
 
 
-def _peers(cases):
-    names = dict.fromkeys(name for case in cases for name in case["results"])
-    return [name for name in names if name != OWN]
+def _each(results, read):
+    """What is read of each library's results; without empty rows and columns."""
+    found = results.applymap(lambda result: read(result) if isinstance(result, dict) else None)
+    return found.dropna(how="all").dropna(how="all", axis=1)
 
 
-def _ratio(case, name, task):
-    """How many times as long as egosieve."""
-    own, other = _seconds(case, OWN, task), _seconds(case, name, task)
-    return other / own if own and other else None
+def _seconds(results, task):
+    """NaN where a library lacks the task."""
+    return _each(results, lambda result: result.get("seconds", {}).get(task)).astype(float)
 
 
-def _times(ratio):
-    return "" if ratio is None else f"{ratio:.1f}" if ratio < 100 else f"{ratio:,.0f}"
+def _table(title, cells, right):
+    side = ">" * right
+    columns = ["covariance", ">n", ">D", *(side + name for name in cells.columns)]
+    return f"## {title}\n\n" + markdown(columns, [[*key, *row] for key, row in zip(cells.index, cells.fillna("").to_numpy())])
 
 
-def _rows(cases):
-    """The covariances first, then dimensions and points."""
-    plain = [case for case in cases if (case["points"], case["dimension"]) == (1000, 6)]
-    rest = [case for case in cases if case not in plain]
-    return plain + sorted(rest, key=lambda case: (case["dimension"] != 6, case["dimension"], case["points"]))
+def _ratio(value):
+    return f"{value:.1f}" if value < 100 else f"{value:,.0f}"
 
 
-def _task_table(task, cases, record):
-    title, unit = TITLES[task]
-    peers = [name for name in _peers(cases) if any(_seconds(case, name, task) for case in cases)]
-    lines = [
-        f"## {title.format(**record)}",
-        "",
-        f"| covariance | n | D | egosieve, {unit} | {' | '.join(peers)} |",
-        "|---|---:|---:|---:|" + "---:|" * len(peers),
-    ]
-    for case in cases:
-        own = _seconds(case, OWN, task)
-        if own is None:
-            continue
-        value = f"{1 / own:,.0f}" if unit == "queries/s" else f"{own:.3g}"
-        cells = " | ".join(_times(_ratio(case, name, task)) for name in peers)
-        lines.append(f"| {case['covariance']} | {case['points']} | {case['dimension']} | {value} | {cells} |")
-    return [*lines, ""]
-
-
-def _table(cases, align, cell):
-    """A row for each case that has a cell, a column for each library."""
-    names = [OWN, *_peers(cases)]
-    lines = [f"| covariance | n | D | {' | '.join(names)} |", "|---|---:|---:|" + align * len(names)]
-    for case in cases:
-        cells = [cell(case["results"].get(name, {})) for name in names]
-        if any(cells):
-            lines.append(f"| {case['covariance']} | {case['points']} | {case['dimension']} | {' | '.join(cells)} |")
-    return [*lines, ""]
+def _times(results, task, unit):
+    """egosieve's own time or rate, and how many times as long the others take."""
+    seconds = _seconds(results, task)
+    cells = seconds.drop(columns=OWN).div(seconds[OWN], axis=0).applymap(_ratio, na_action="ignore")
+    own = seconds[OWN].map(lambda s: f"{1 / s:,.0f}" if unit == "queries/s" else f"{s:.3g}")
+    cells.insert(0, f"{OWN}, {unit}", own)
+    return cells
 
 
 def _errors(result):
-    return f"{result['mean_error']:.0e}, {result['variance_error']:.0e}" if "mean_error" in result else ""
-
-
-def _memory(result):
-    return f"{result['peak_mib']:,.0f}" if result.get("peak_mib") is not None else ""
-
-
-def _error_table(cases):
-    note = "Of 256 queries, against the same covariance's posterior in float64."
-    return ["## Largest errors of mean and of variance", "", note, "", *_table(cases, "---|", _errors)]
-
-
-def _memory_table(cases):
-    return ["## Memory", "", "Peak of the process in MiB.", "", *_table(cases, "---:|", _memory)]
+    return f"{result['mean_error']:.0e}, {result['variance_error']:.0e}" if "mean_error" in result else None
 
 
 def tables(record):
     """Markdown."""
-    cases = _rows(record["cases"])
+    results, cases = _cases(record), record["cases"]
     loads = [case["machine"]["load"] for case in cases]
-    versions = {
-        f"{name} {result['version']} ({result['precision']})": None
-        for case in cases
-        for name, result in case["results"].items()
-        if "version" in result
-    }
-    lines = [
+    own = (item for case in cases for item in case["results"].items() if "version" in item[1])
+    versions = dict.fromkeys(f"{name} {result['version']} ({result['precision']})" for name, result in own)
+    text = (
         f"Exact posteriors of f, medians of {record['rounds']} rounds in one run, two cores, "
         f"{cases[0]['machine']['processor']}, load {min(loads):.1f} to {max(loads):.1f}. Under a library's name: how many "
         "times as long as egosieve it takes; empty: it does not have that. Joint covariances, samples and fits are float64 "
-        "in egosieve, all else is as listed.",
-        "",
-        ", ".join(versions) + ".",
-        "",
-    ]
-    lines += [f"{name} is absent: {why}" for name, why in record["absent"].items()]
-    for task in TITLES:
-        if any(_seconds(case, OWN, task) for case in cases):
-            lines += _task_table(task, cases, record)
-    return "\n".join(lines + _error_table(cases) + _memory_table(cases)).rstrip() + "\n"
+        f"in egosieve, all else is as listed.\n\n{', '.join(versions)}.\n\n"
+    )
+    parts = ["\n".join(f"{name} is absent: {why}" for name, why in record["absent"].items())] if record["absent"] else []
+    for task, (title, unit) in TITLES.items():
+        if not _seconds(results, task).empty:
+            parts.append(_table(title.format(**record), _times(results, task, unit), True))
+    note = "Largest errors of mean and of variance\n\nOf 256 queries, against the same covariance's posterior in float64."
+    parts.append(_table(note, _each(results, _errors), False))
+    memory = _each(results, lambda result: result.get("peak_mib")).applymap("{:,.0f}".format, na_action="ignore")
+    parts.append(_table("Memory\n\nPeak of the process in MiB.", memory, True))
+    return text + "\n".join(parts)
 
 
-def figure(record):
-    """SVG: how many times as long as egosieve each peer takes for mean and variance."""
-    cases = _rows(record["cases"])
-    peers = [name for name in _peers(cases) if any(_ratio(case, name, "predict") for case in cases)]
-    ratios = [_ratio(case, name, "predict") for case in cases for name in peers]
-    low = min([0, *(math.floor(math.log10(ratio)) for ratio in ratios if ratio)])
-    high = max([1, *(math.ceil(math.log10(ratio)) for ratio in ratios if ratio)])
-    bottom = TOP + ROW * len(cases)
-
-    def place(ratio):
-        return LEFT + WIDTH * (math.log10(ratio) - low) / (high - low)
-
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{LEFT + WIDTH + 40}" height="{bottom + 40}" '
-        'font-family="sans-serif" font-size="13">',
-        '<rect width="100%" height="100%" fill="white"/>',
-        f'<text x="{LEFT}" y="18">time for mean and variance, in that of egosieve</text>',
-    ]
-    for i, name in enumerate(peers):
-        parts.append(f'<circle cx="{150 * i + 16}" cy="36" r="5" fill="{COLOURS[name]}"/>')
-        parts.append(f'<text x="{150 * i + 26}" y="40" font-size="11">{name}</text>')
-    for power in range(low, high + 1):
-        x = place(10.0**power)
-        parts.append(f'<line x1="{x:.1f}" y1="{TOP}" x2="{x:.1f}" y2="{bottom}" stroke="#ccc"/>')
-        parts.append(f'<text x="{x:.1f}" y="{bottom + 18}" text-anchor="middle">{10.0**power:g}</text>')
-    for i, case in enumerate(cases):
-        y = TOP + ROW * i + ROW / 2
-        name = f"{case['covariance']}, n = {case['points']}, D = {case['dimension']}"
-        parts.append(f'<text x="{LEFT - 8}" y="{y + 4}" text-anchor="end" font-size="11">{name}</text>')
-        for peer in peers:
-            ratio = _ratio(case, peer, "predict")
-            if ratio:
-                parts.append(f'<circle cx="{place(ratio):.1f}" cy="{y}" r="5" fill="{COLOURS[peer]}"/>')
-    return "\n".join(parts + ["</svg>"]) + "\n"
+def draw(record, path):
+    """How many times as long as egosieve each peer takes for mean and variance."""
+    seconds = _seconds(_cases(record), "predict")[::-1]
+    names = [f"{covariance}, n = {points}, D = {dimension}" for covariance, points, dimension in seconds.index]
+    fig, axes = plt.subplots(figsize=(8, 5), constrained_layout=True)
+    for peer in seconds.columns.drop(OWN):
+        axes.semilogx(seconds[peer] / seconds[OWN], np.arange(len(names)), "o", label=peer)
+    axes.set_yticks(np.arange(len(names)), names)
+    axes.grid(axis="x")
+    axes.set_title("time for mean and variance, in that of egosieve")
+    axes.legend()
+    fig.savefig(path, metadata={"Date": None})
+    plt.close(fig)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Gaussian process classifiers of Egosieve and scikit-learn compared: one run, the same folds.
 
-    PYTHONPATH=P/lib/python3.11/site-packages bench/peers/classifiers.py [--folds N] [--out FILE] [--only NAME,NAME]
+    PYTHONPATH=P/lib/python3.11/site-packages bench/peers/classifiers.py
 
 P: a tree of `./run install`. Inputs are standardised on the training rows; accuracy and log loss are those of all rows,
 each predicted by the fold that left it out. Iris, breast cancer and the first 600 digits are scikit-learn's; of the
@@ -10,7 +10,7 @@ of about one row in ten, 1,000 rows in 3 dimensions. scikit-learn's default kern
 the length and amplitude that it optimises.
 """
 
-import argparse
+import sys
 import time
 import warnings
 from pathlib import Path
@@ -26,7 +26,11 @@ from sklearn.preprocessing import StandardScaler
 
 import egosieve
 
-RESULTS = Path(__file__).resolve().parent.parent / "results" / "classifiers.md"
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from common import RESULTS, markdown  # noqa: E402
+
+FOLDS = 5
 CLASSIFIERS = {
     "scikit-learn, default": gaussian_process.GaussianProcessClassifier,
     "scikit-learn, trained": lambda: gaussian_process.GaussianProcessClassifier(ConstantKernel(1.0) * RBF(1.0)),
@@ -57,36 +61,26 @@ DATA = {
 }
 
 
-def measure(make, X, y, folds):
+def measure(make, X, y):
     begin = time.perf_counter()
-    splits = StratifiedKFold(folds, shuffle=True, random_state=0)
+    splits = StratifiedKFold(FOLDS, shuffle=True, random_state=0)
     found = cross_val_predict(make_pipeline(StandardScaler(), make()), X, y, cv=splits, method="predict_proba")
     classes = np.unique(y)
     accuracy = accuracy_score(y, classes[found.argmax(axis=1)])
-    return f"{accuracy:.3f} / {log_loss(y, found, labels=classes):.3f} / {(time.perf_counter() - begin) / folds:.1f} s"
+    return f"{accuracy:.3f} / {log_loss(y, found, labels=classes):.3f} / {(time.perf_counter() - begin) / FOLDS:.1f} s"
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--folds", type=int, default=5)
-    parser.add_argument("--out", type=Path, default=RESULTS)
-    parser.add_argument("--only", default=",".join(DATA))
-    arguments = parser.parse_args()
     warnings.simplefilter("ignore")
-    lines = [
-        "# Classifiers",
-        "",
-        f"`bench/peers/classifiers.py --folds {arguments.folds}`: accuracy / log loss / time of fit and prediction of one fold;"
-        f" Egosieve {egosieve.__version__}, scikit-learn {sklearn.__version__}, {egosieve.threads()} threads, {egosieve.devices()[0]}.",
-        "",
-        "| | " + " | ".join(CLASSIFIERS) + " |",
-        "|---|" + "---|" * len(CLASSIFIERS),
-    ]
-    for name in arguments.only.split(","):
-        X, y = DATA[name]()
-        lines.append(f"| {name} | " + " | ".join(measure(make, X, y, arguments.folds) for make in CLASSIFIERS.values()) + " |")
-        print(lines[-1], flush=True)
-    arguments.out.write_text("\n".join(lines) + "\n")
+    rows = []
+    for name, load in DATA.items():
+        rows.append([name, *(measure(make, *load()) for make in CLASSIFIERS.values())])
+        print(*rows[-1], sep=", ", flush=True)
+    text = (
+        f"# Classifiers\n\n`bench/peers/classifiers.py`: accuracy / log loss / time of fit and prediction of one of {FOLDS} folds;"
+        f" Egosieve {egosieve.__version__}, scikit-learn {sklearn.__version__}, {egosieve.threads()} threads, {egosieve.devices()[0]}.\n\n"
+    )
+    (RESULTS / "classifiers.md").write_text(text + markdown(["", *CLASSIFIERS], rows))
 
 
 if __name__ == "__main__":

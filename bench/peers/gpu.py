@@ -1,24 +1,28 @@
 #!/usr/bin/env python3
 """PyTorch's and GPyTorch's exact posterior on a GPU, on the problem of BM_DensePosteriorPicture and BM_DeviceRegression.
 
-    bench/peers/gpu.py [--points 4000] [--json FILE]
+    bench/peers/gpu.py
 
-n points in D = 6, arcsine or Matern 5/2, every pixel of 1242 x 375; float32 without TF32, in chunks of queries that run
+4,000 points in D = 6, arcsine or Matern 5/2, every pixel of 1242 x 375; float32 without TF32, in chunks of queries that run
 fastest. `torch` is the shortest program: the covariances of a chunk, a triangular solve, sums of squares. `gpytorch` is
 ExactGP with the Cholesky factor cached. Times are medians of five runs after one that warms up, queries and results in the
 device's memory; `with copies` counts copies from and to the host, as Evaluate's do.
 """
 
-import argparse
-import json
+import itertools
 import math
 import statistics
 import sys
 import time
+from functools import partial
 
+import gpytorch
 import torch
 
-PIXELS, DIMENSION = 1242 * 375, 6
+PIXELS, POINTS, DIMENSION, NOISE = 1242 * 375, 4000, 6, 0.01
+# Name, method, and where the queries and results are.
+TASKS = (("mean", "mean", "cuda"), ("mean and variance", "both", "cuda"), ("mean and variance, with copies", "both", "cpu"))
+CHUNKS = (2048, 4096, 8192, 16384, 65536)
 
 
 def matern52(a, b):
@@ -47,110 +51,75 @@ def seconds(call):
     return statistics.median(taken[1:])
 
 
-def fastest(make):
-    """The least of `seconds(make(chunk))` over chunk sizes, and that chunk."""
-    return min((seconds(make(chunk)), chunk) for chunk in (4096, 16384, 65536))
+class Torch:
+    """The shortest program."""
+
+    def __init__(self, covariance, inputs):
+        self.covariance, self.inputs, self.targets = covariance, inputs, torch.sin(3 * inputs[:, 0])
+        self.fit()
+
+    def fit(self):
+        noise = NOISE * torch.eye(len(self.inputs), device="cuda")
+        self.factor = torch.linalg.cholesky(self.covariance(self.inputs, self.inputs) + noise)
+        self.alpha = torch.cholesky_solve(self.targets[:, None], self.factor)
+
+    def mean(self, part):
+        return [self.covariance(part, self.inputs) @ self.alpha]
+
+    def both(self, part):
+        k = self.covariance(part, self.inputs)
+        return k @ self.alpha, 1 - (torch.linalg.solve_triangular(self.factor, k.T, upper=False) ** 2).sum(0)
 
 
-def torch_rows(n, covariance, queries, inputs):
-    """Fit, mean, mean and variance."""
-    identity = 0.01 * torch.eye(n, device="cuda")
-    targets = torch.sin(3 * inputs[:, 0])
+class Exact(gpytorch.models.ExactGP):
+    """Zero mean, Matern 5/2."""
 
-    def fit():
-        factor = torch.linalg.cholesky(covariance(inputs, inputs) + identity)
-        return factor, torch.cholesky_solve(targets[:, None], factor)
+    def __init__(self, inputs, fast):
+        likelihood = gpytorch.likelihoods.GaussianLikelihood().cuda()
+        super().__init__(inputs, torch.sin(3 * inputs[:, 0]), likelihood)
+        self.kernel, self.fast = gpytorch.kernels.ScaleKernel(gpytorch.kernels.MaternKernel(2.5)), fast
+        self.cuda().eval()
+        likelihood.noise = NOISE
 
-    factor, alpha = fit()
+    def forward(self, x):
+        """GPyTorch's interface."""
+        return gpytorch.distributions.MultivariateNormal(x.new_zeros(len(x)), self.kernel(x))
 
-    def mean(chunk):
-        return lambda: torch.cat([covariance(q, inputs) @ alpha for q in queries.split(chunk)])
-
-    def both(chunk):
-        def call():
-            means, variances = [], []
-            for part in queries.split(chunk):
-                k = covariance(part, inputs)
-                means.append(k @ alpha)
-                v = torch.linalg.solve_triangular(factor, k.T, upper=False)
-                variances.append(1 - (v**2).sum(0))
-            return torch.cat(means), torch.cat(variances)
-
-        return call
-
-    host = queries.cpu()
-
-    def copied(chunk):
-        call = both(chunk)
-        return lambda: [x.cpu() for x in (host.cuda(), *call())]
-
-    return {"fit": (seconds(fit), None), "mean": fastest(mean), "mean and variance": fastest(both),
-            "mean and variance, with copies": fastest(copied)}  # fmt: skip
+    def both(self, part):
+        with gpytorch.settings.max_cholesky_size(10**6), gpytorch.settings.fast_pred_var(self.fast):
+            found = self(part)
+            return found.mean, found.variance
 
 
-def gpytorch_rows(queries, inputs):
-    """ExactGP of a Matern 5/2."""
-    import gpytorch
-
-    class Model(gpytorch.models.ExactGP):
-        """Zero mean."""
-
-        def __init__(self, likelihood):
-            super().__init__(inputs, torch.sin(3 * inputs[:, 0]), likelihood)
-            self.mean_module = gpytorch.means.ZeroMean()
-            self.covar_module = gpytorch.kernels.ScaleKernel(gpytorch.kernels.MaternKernel(2.5))
-
-        def forward(self, x):
-            """GPyTorch's interface."""
-            return gpytorch.distributions.MultivariateNormal(self.mean_module(x), self.covar_module(x))
-
-    likelihood = gpytorch.likelihoods.GaussianLikelihood().cuda()
-    model = Model(likelihood).cuda().eval()
-    likelihood.noise = 0.01
-
-    def both(chunk):
-        def call():
-            for part in queries.split(chunk):
-                posterior = model(part)
-                posterior.mean, posterior.variance
-
-        return call
-
-    with torch.no_grad(), gpytorch.settings.max_cholesky_size(10**6), gpytorch.settings.skip_posterior_variances(False):
-        exact = min((seconds(both(chunk)), chunk) for chunk in (2048, 8192))
-        with gpytorch.settings.fast_pred_var():
-            fast = min((seconds(both(chunk)), chunk) for chunk in (2048, 8192))
-    return {"mean and variance": exact, "mean and variance, fast_pred_var": fast}
+def evaluate(call, queries, chunk):
+    """All queries in chunks, copied from where they are to the device, and the results back."""
+    found = zip(*(call(part) for part in queries.cuda().split(chunk)))
+    return [torch.cat(values).to(queries.device) for values in found]
 
 
 def main():
-    """Prints a row per task."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--points", type=int, default=4000)
-    parser.add_argument("--json")
-    options = parser.parse_args()
+    """Prints a row per rival and task."""
     if not torch.cuda.is_available():
         sys.exit("gpu.py: PyTorch sees no GPU")
     torch.backends.cuda.matmul.allow_tf32 = False
     torch.manual_seed(1)
-    queries = torch.rand(PIXELS, DIMENSION, device="cuda") * 2 - 1
-    inputs = torch.rand(options.points, DIMENSION, device="cuda") * 2 - 1
-    with torch.no_grad():
-        tables = {f"torch {torch.__version__} {c.__name__}": torch_rows(options.points, c, queries, inputs)
-                  for c in (arcsine, matern52)}  # fmt: skip
-    try:
-        import gpytorch
-
-        tables[f"gpytorch {gpytorch.__version__} matern52"] = gpytorch_rows(queries, inputs)
-    except ImportError as error:
-        print(f"gpu.py: no GPyTorch ({error})", file=sys.stderr)
+    queries, inputs = (2 * torch.rand(count, DIMENSION, device="cuda") - 1 for count in (PIXELS, POINTS))
     print(torch.cuda.get_device_name())
-    for library, rows in tables.items():
-        for task, (taken, chunk) in rows.items():
-            print(f"{library:32} {task:34} {1e3 * taken:10.2f} ms {'' if chunk is None else f'chunks of {chunk}'}")
-    if options.json:
-        with open(options.json, "w") as file:
-            json.dump({"device": torch.cuda.get_device_name(), "points": options.points, "seconds": tables}, file, indent=1)
+    with torch.no_grad():
+        rivals = {
+            f"torch {torch.__version__} arcsine": Torch(arcsine, inputs),
+            f"torch {torch.__version__} matern52": Torch(matern52, inputs),
+            f"gpytorch {gpytorch.__version__} matern52": Exact(inputs, False),
+            f"gpytorch {gpytorch.__version__} matern52, fast_pred_var": Exact(inputs, True),
+        }
+        for (name, rival), (task, method, where) in itertools.product(rivals.items(), TASKS):
+            if hasattr(rival, method):
+                asked = queries.to(where)
+                calls = {f"chunks of {c}": partial(evaluate, getattr(rival, method), asked, c) for c in CHUNKS}
+                taken, chunk = min((seconds(call), size) for size, call in calls.items())
+                print(f"{name:40} {task:32} {1e3 * taken:10.2f} ms, {chunk}")
+        for name, rival in list(rivals.items())[:2]:
+            print(f"{name:40} {'fit':32} {1e3 * seconds(rival.fit):10.2f} ms")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Egosieve compared with other libraries: one run, the same data, the same two cores.
 
-    bench/peers/peers.py [--rounds N] [--cases TEXT,TEXT] [--only NAME,NAME] [--installed FOLDER] [--out FOLDER]
+    bench/peers/peers.py [--rounds N] [--cases TEXT,TEXT]
 
 Exact posteriors in scikit-learn, GPyTorch, GPy and OpenTURNS: every covariance that one of them has with n = 1000 points in
 D = 6 dimensions, and the Matern 5/2 with n = 1000 to 16000 and D = 2 and 32. Of each the fit at given hyperparameters, the
@@ -10,16 +10,14 @@ points, and of the Matern 5/2 1,000 samples. Every library runs in a process of 
 alternate, one timed call at a time, so that other load on the machine affects all alike. Results are medians over the
 rounds; the first call of each, which warms up, does not count, unless it takes over 8 s: then it is the only one.
 
-pip installs the peers in a virtual environment in the user's cache folder, outside the repository; one that cannot be
+pip installs each peer in a virtual environment in the user's cache folder, outside the repository; one that cannot be
 installed is listed with the reason. Writes peers.json, peers.md and peers.svg into bench/results after every case.
---cases: those whose names ("matern52 n=4000 D=6") contain one of the texts. --installed: a folder of `./run install`, which
-is run otherwise.
+--cases: those whose names ("matern52 n=4000 D=6") contain one of the texts. `./run install` is run first.
 """
 
 import argparse
 import json
 import os
-import platform
 import statistics
 import subprocess
 import sys
@@ -27,29 +25,15 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-import charts
-
 HERE = Path(__file__).resolve().parent
-ROOT = HERE.parent.parent
-CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "egosieve" / "peers"
+sys.path.insert(0, str(HERE.parent))
 
-# Packages by pip of each library, which share one NumPy.
-PIP = {
-    "base": ["numpy<2", "scipy<1.13"],
-    "scikit-learn": ["scikit-learn"],
-    "GPyTorch": ["torch", "gpytorch"],
-    "GPy": ["GPy", "matplotlib<3.9"],
-    "OpenTURNS": ["openturns"],
-}
-# Worker of workers.py and the library that it needs.
-WORKERS = {
-    "egosieve": None,
-    "scikit-learn": "scikit-learn",
-    "GPyTorch exact": "GPyTorch",
-    "GPyTorch fast_pred_var": "GPyTorch",
-    "GPy": "GPy",
-    "OpenTURNS": "OpenTURNS",
-}
+import charts  # noqa: E402
+from common import CACHE, RESULTS, ROOT, call, environment, machine, say  # noqa: E402
+from libraries import LIBRARIES  # noqa: E402
+
+BASE = ["numpy<2", "scipy<1.13", "scikit-learn"]  # of every worker, for the errors, too
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POCL_MAX_PTHREAD_COUNT")
 ALL = ("egosieve", "scikit-learn", "GPyTorch exact", "GPy", "OpenTURNS")
 WITHOUT_OPENTURNS = ALL[:-1]  # it would take most of the time
 OF_MANY_POINTS = ALL[:3]  # GPy would need tens of gigabytes
@@ -85,43 +69,15 @@ CASES = (
 )
 
 
-def say(text):
-    """Progress, beside the results."""
-    print(f"peers: {text}", file=sys.stderr, flush=True)
-
-
-def two_cores():
-    """The environment in which two threads compute, whatever the library."""
-    threads = {name: "2" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POCL_MAX_PTHREAD_COUNT")}
-    return {**os.environ, **threads}
-
-
-def make_environment(wanted):
-    """The interpreter of a virtual environment with what could be installed, and why the rest could not."""
-    interpreter = CACHE / "venv" / "bin" / "python"
-    absent = {}
-    if not interpreter.exists():
-        say(f"making {CACHE / 'venv'}")
-        made = subprocess.run(["/usr/bin/python3", "-m", "venv", str(CACHE / "venv")], capture_output=True, text=True)
-        if made.returncode != 0:
-            say("no virtual environment; taking what /usr/bin/python3 has")
-            return "/usr/bin/python3", absent
-    for library in ["base"] + sorted({WORKERS[name] for name in wanted} - {None}):
-        pip = [str(interpreter), "-m", "pip", "install", "-q", "--disable-pip-version-check", "--prefer-binary"]
-        say(f"pip install {' '.join(PIP[library])}")
-        done = subprocess.run([*pip, *PIP["base"], *PIP[library]], capture_output=True, text=True)
-        if done.returncode != 0:
-            absent[library] = "pip: " + (done.stderr.strip().splitlines() or ["failed"])[-1]
-    return str(interpreter), absent
-
-
-def module_path(installed):
-    """The folder of the Python module."""
-    prefix = Path(installed or CACHE / "installed")
-    if not installed:
-        say("installing egosieve")
-        subprocess.run([str(ROOT / "run"), "install", f"--prefix={prefix}"], check=True, stdout=subprocess.DEVNULL)
-    return next(prefix.glob("lib/python3.*/site-packages"))
+def interpreters():
+    """Of each library that could be installed the interpreter of its environment, and why the others could not."""
+    found, absent = {}, {}
+    for name, library in LIBRARIES.items():
+        try:
+            found[name] = environment(f"peers/{library.module_name}", [*BASE, *library.packages])
+        except RuntimeError as error:
+            absent[name] = str(error).splitlines()[-1]
+    return found, absent
 
 
 class Worker:
@@ -133,7 +89,7 @@ class Worker:
         self._process = subprocess.Popen(
             [interpreter, str(HERE / "workers.py"), name, case.covariance, *sizes],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-            env={**two_cores(), "PYTHONPATH": str(modules), "PYTHONWARNINGS": "ignore"},
+            env=os.environ | dict.fromkeys(THREADS, "2") | {"PYTHONPATH": str(modules), "PYTHONWARNINGS": "ignore"},
         )  # fmt: skip
 
     def ask(self, task):
@@ -157,39 +113,27 @@ class Worker:
 
 def measure(workers, rounds, tasks):
     """Results by worker: medians of seconds, errors, memory; or why there are none."""
-    results = {}
-    for worker in list(workers):
-        results[worker.name] = worker.ask("prepare")
-        if "error" in results[worker.name]:
-            worker.stop()
-            workers.remove(worker)
-    seconds = {worker.name: {task: [] for task in tasks} for worker in workers}
+    results = {worker.name: worker.ask("prepare") | {"seconds": {}} for worker in workers}
     for task in tasks:
-        asked = list(workers)
+        asked = [worker for worker in workers if "error" not in results[worker.name]]
+        seconds = {worker.name: [] for worker in asked}
         for turn in range(rounds + 1):
             for worker in list(asked):
                 start = time.perf_counter()
                 answer = worker.ask(task)
                 long = time.perf_counter() - start > LONG
-                if "seconds" in answer and (turn > 0 or long):
-                    seconds[worker.name][task].append(answer["seconds"])
-                if "error" in answer:
-                    results[worker.name].setdefault("failed", {})[task] = answer["error"]
+                if "error" not in answer and (turn > 0 or long):
+                    seconds[worker.name].append(answer["seconds"])
                 if "error" in answer or (turn == 0 and long):
                     asked.remove(worker)
+        for name, times in seconds.items():
+            if times:
+                results[name]["seconds"][task] = statistics.median(times)
     for worker in workers:
-        results[worker.name].update(worker.ask("finish"))
-        results[worker.name]["seconds"] = {
-            task: statistics.median(times) for task, times in seconds[worker.name].items() if times
-        }
+        if "error" not in results[worker.name]:
+            results[worker.name] |= worker.ask("finish")
         worker.stop()
     return results
-
-
-def machine():
-    """What computed."""
-    model = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "?")
-    return {"processor": model, "cores": os.cpu_count(), "system": platform.platform(), "load": os.getloadavg()[0]}
 
 
 def main():
@@ -197,30 +141,26 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--cases", default="")
-    parser.add_argument("--only", default=",".join(WORKERS))
-    parser.add_argument("--installed")
-    parser.add_argument("--out", default=str(ROOT / "bench/results"))
     options = parser.parse_args()
-    wanted = [name for name in WORKERS if name in options.only.split(",")]
-    out = Path(options.out)
-    out.mkdir(parents=True, exist_ok=True)
-
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:2])
-    modules = module_path(options.installed)
-    interpreter, absent = make_environment(wanted)
+    say("installing egosieve")
+    installed = CACHE / "peers" / "installed"
+    call(ROOT / "run", "install", f"--prefix={installed}")
+    modules = next(installed.glob("lib/python3.*/site-packages"))
+    pythons, absent = interpreters()
     record = {"queries": QUERIES, "joint_queries": JOINT_QUERIES, "rounds": options.rounds, "absent": absent, "cases": []}
     for case in CASES:
         if not any(text in case.name() for text in options.cases.split(",")):
             continue
-        names = [name for name in case.workers if name in wanted and WORKERS[name] not in absent]
-        workers = [Worker(name, case, interpreter, modules) for name in names]
+        workers = [Worker(name, case, pythons[name], modules) for name in case.workers if name in pythons]
         results = measure(workers, options.rounds, case.tasks)
-        record["cases"].append({**case._asdict(), "name": case.name(), "machine": machine(), "results": results})
-        (out / "peers.json").write_text(json.dumps(record, indent=1) + "\n")
-        (out / "peers.md").write_text(charts.tables(record))
-        (out / "peers.svg").write_text(charts.figure(record))
+        where = {"processor": machine().partition(", ")[2], "load": os.getloadavg()[0]}
+        record["cases"].append({**case._asdict(), "machine": where, "results": results})
+        (RESULTS / "peers.json").write_text(json.dumps(record, indent=1) + "\n")
+        (RESULTS / "peers.md").write_text(charts.tables(record))
+        charts.draw(record, RESULTS / "peers.svg")
         say(f"{case.name()}: done")
-    print((out / "peers.md").read_text())
+    print((RESULTS / "peers.md").read_text())
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """ORB-SLAM3 on one drive, in the environment that bench_slam.py makes. Prints a line of JSON.
 
 worker.py vocabulary DRIVE FILE          a tree of ORB features as DBoW2 reads it as text
-worker.py track DRIVE MASKS VOCABULARY   a trajectory, scored against the drive's truth; MASKS "-": none
+worker.py track DRIVE MASKS VOCABULARY   where the frames were taken; MASKS "-": none
 """
 
 import json
@@ -49,30 +49,26 @@ Viewer.ViewpointF: 500.0
 """
 
 
-def split(bits, members, random):
-    """Up to BRANCHES centres of the members by k-majority, and whose each member is."""
+def split(bits, members):
+    """Up to BRANCHES centres of the members, and whose each member is."""
     if len(members) < BRANCHES:
         return bits[members], np.arange(len(members))
-    centres = bits[random.choice(members, BRANCHES, replace=False)].copy()
-    for _ in range(6):
-        distance = bits[members] @ (1 - 2 * centres.T) + centres.sum(1)[None]
-        nearest = distance.argmin(1)
-        for branch in np.unique(nearest):
-            centres[branch] = bits[members[nearest == branch]].mean(0) > 0.5
-    return centres, nearest
+    until = (cv2.TERM_CRITERIA_COUNT, 6, 0)
+    _, nearest, centres = cv2.kmeans(bits[members], BRANCHES, None, until, 1, cv2.KMEANS_RANDOM_CENTERS)
+    return centres > 0.5, nearest.ravel()
 
 
 def write_vocabulary(drive, path):
     """Breadth first: a node's parent precedes it."""
     orb = cv2.ORB_create(600)
     found = [orb.detectAndCompute(cv2.imread(str(frame), 0), None)[1] for frame in sorted((drive / "frames").glob("*.png"))[::5]]
-    bits = np.unpackbits(np.vstack([each for each in found if each is not None]), axis=1).astype(np.int16)
-    random = np.random.default_rng(0)
+    bits = np.unpackbits(np.vstack([each for each in found if each is not None]), axis=1).astype(np.float32)
+    cv2.setRNGSeed(1)
     nodes, level_nodes = [], [(0, np.arange(len(bits)))]
     for level in range(1, LEVELS + 1):
         below = []
         for parent, members in level_nodes:
-            centres, nearest = split(bits, members, random)
+            centres, nearest = split(bits, members)
             for branch, centre in enumerate(centres):
                 nodes.append((parent, level == LEVELS, np.packbits(centre.astype(np.uint8))))
                 below.append((len(nodes), members[nearest == branch]))
@@ -94,17 +90,8 @@ def paint_over(image, masked):
     return (pixels * (1 - seam) + smooth * seam).clip(0, 255).astype(np.uint8)
 
 
-def error_after_similarity(estimated, true):
-    """Root of the mean squared distance, metres (Umeyama, 1991)."""
-    a, b = estimated - estimated.mean(0), true - true.mean(0)
-    u, singular, v = np.linalg.svd(b.T @ a / len(a))
-    signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
-    scale = (singular * signs).sum() / ((a**2).sum() / len(a))
-    return float(np.sqrt(((scale * a @ (u * signs @ v).T - b) ** 2).sum(1).mean()))
-
-
 def track(drive, masks, vocabulary):
-    """Frames with a pose, and their trajectory's error."""
+    """The camera's place in each frame with a pose."""
     import pyorbslam3
 
     camera = json.loads((drive / "camera.json").read_text())
@@ -114,8 +101,7 @@ def track(drive, masks, vocabulary):
         file.write(settings)
         file.flush()
         slam = pyorbslam3.Slam(vocabulary, file.name, pyorbslam3.Sensor.MONOCULAR)
-    centres = np.loadtxt(drive / "poses.txt").reshape(-1, 3, 4)[:, :, 3]
-    estimated, true = [], []
+    places = {}
     for index, frame in enumerate(sorted((drive / "frames").glob("*.png"))):
         image = cv2.imread(str(frame), 0)
         if masks != "-":
@@ -123,11 +109,8 @@ def track(drive, masks, vocabulary):
         result = slam.track_monocular(image, index / camera["frames_per_second"])
         time.sleep(PAUSE_SECONDS)
         if result.pose_valid:
-            estimated.append(np.array(result.pose_wc)[:3, 3])
-            true.append(centres[index])
-    error = error_after_similarity(np.array(estimated), np.array(true)) if len(estimated) > 5 else None
-    length = float(np.linalg.norm(np.diff(centres, axis=0), axis=1).sum())
-    print(json.dumps({"tracked": len(estimated), "trajectory_error_metres": error, "length_metres": length}), flush=True)
+            places[index] = np.array(result.pose_wc)[:3, 3].tolist()
+    print(json.dumps({"places": places}), flush=True)
     slam.shutdown()
 
 

@@ -2,11 +2,10 @@
 """Compares the segmenter with other methods on the same labels, descriptors, frames and pixels.
 
     tools/evaluate/compare.py ../shared/data/davis-train --out=out/compare --max_frames=24
-    tools/evaluate/compare.py drive/frames --truth=drive/masks --out=out/compare
 
-INPUT is a folder of pictures with --truth, or a folder of sequences, each with frames/ and masks/,
-labels/ or tracks.csv. `egosieve segment --set dump_features=DIR` gives every method the same labelled
-places and the same grid. Needs Debian's python3-sklearn, python3-opencv and python3-numpy.
+INPUT is a folder of sequences, or one, each with frames/ and masks/, labels/ or tracks.csv.
+`egosieve segment --set dump_features=DIR` gives every method the same labelled places and the same
+grid. Needs Debian's python3-sklearn, python3-opencv and python3-numpy.
 
     arcsine, squared_exponential   the segmenter with either covariance
     svm, logistic, forest          scikit-learn's, trained anew in each frame on the labels kept so
@@ -24,8 +23,8 @@ compare.json and the runs into --out. A run that is there is used again.
 """
 
 import argparse
-import csv
 import json
+import os
 import subprocess
 import sys
 import time
@@ -33,6 +32,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pandas
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 from sklearn.ensemble import RandomForestClassifier
@@ -46,15 +46,14 @@ from sklearn.svm import SVC
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from evaluate.drive_truth import DriveTruth  # noqa: E402
-from evaluate.errors import InputError, UsageError  # noqa: E402
-from evaluate.run_folder import Grid, RunFolder  # noqa: E402
+from evaluate.files import InputError, UsageError, to_text  # noqa: E402
+from evaluate.run_folder import FULL_PIXEL, Grid, RunFolder  # noqa: E402
 from evaluate.sequences import find_sequences  # noqa: E402
-from evaluate.truth_masks import DYNAMIC, VOID  # noqa: E402
+from evaluate.truth import DYNAMIC, VOID, DriveTruth  # noqa: E402
 
 COVARIANCES = ("arcsine", "squared_exponential")
 CLASSIFIERS = ("svm", "logistic", "forest")
-RESAMPLES = 2000
+RESAMPLES, BLOCK = 2000, 10  # frames in a row that are drawn together
 STATIC, FUNDAMENTAL = 1, 3  # `kind` of a dump
 
 
@@ -253,10 +252,11 @@ FRAME_BY_FRAME = {
     "homography_flow": by_homography_flow,
 }
 METHODS = (*COVARIANCES, *CLASSIFIERS, *FRAME_BY_FRAME)
+STAGES = ("selection", "training", "calibration", "posterior", "inference")  # of a frame's line
 
 
 def segmented(options, source, folder, covariance):
-    """The run folder and its lines; segments unless the run is there."""
+    """The run; segments unless it is there."""
     run = folder / covariance
     about = run / "run.json"
     if not about.exists() or json.loads(about.read_text())["ended"] != "done":
@@ -265,54 +265,52 @@ def segmented(options, source, folder, covariance):
                  f"--max_frames={options.max_frames}", "--overwrite", "--progress=none", *options.segment_flags.split()]  # fmt: skip
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         if done.returncode not in (0, 4):
-            raise SystemExit(f"compare: {source}: {done.stderr.strip()[-500:]}")
-    return run, [json.loads(line) for line in (run / "frames.jsonl").read_text().splitlines()]
+            raise InputError(f"{source}: {done.stderr.strip()[-500:]}")
+    return RunFolder(run)
 
 
-def truth_of(truth, dump):
+def truth_of(truth, line, dump):
     """Rows of the grid with truth, and whether they move; None for a frame without truth."""
-    if dump.index not in truth.frames:
+    if line.index not in truth.frames:
         return None
     if truth.scattered:
-        points = truth.points[dump.index]
+        points = truth.points[line.index]
         return cKDTree(dump.pixels).query(points[["x", "y"]])[1], points.dynamic.to_numpy()
-    mask = truth.mask(dump.index, (dump.height, dump.width))
-    if mask is None:
-        raise InputError(f"{truth.masks[dump.index]} does not fit its frame")
-    values = mask[dump.pixels[:, 1], dump.pixels[:, 0]]
+    values = truth.mask(line)[dump.pixels[:, 1], dump.pixels[:, 0]]
     rows = np.flatnonzero(values != VOID)
     return rows, values[rows] == DYNAMIC
 
 
-def compare_drive(options, name, source, truth):
-    """Rows of (drive, frame, method, AUC or nan, J or nan, milliseconds)."""
-    folder = options.out / "runs" / name
-    runs = {m: segmented(options, source, folder, m) for m in COVARIANCES if m in options.methods}
-    run, lines = next(iter(runs.values()))
-    flags = json.loads((run / "run.json").read_text())["flags"]
-    truth = DriveTruth(truth, RunFolder(run))
+def compare_drive(options, sequence):
+    """A row per frame and method; AUC and J are not a number where a class is missing."""
+    folder = options.out / "runs" / sequence.name
+    runs = {m: segmented(options, sequence.frames, folder, m) for m in COVARIANCES if m in options.methods}
+    run = next(iter(runs.values()))
+    flags = run.description["flags"]
+    truth = DriveTruth(sequence.truth, run)
     prior = LocationPrior(float(flags["location_prior"]))
     rivals = {m: Classifier(m, flags).answer if m in CLASSIFIERS else FRAME_BY_FRAME[m]
               for m in options.methods if m not in COVARIANCES}  # fmt: skip
+
+    def picture(index):
+        return cv2.imread(str(sequence.frames / run.lines[index].image), cv2.IMREAD_GRAYSCALE)
+
     rows = []
-    for position, line in enumerate(lines):
-        path = folder / f"features/{line['index']:06d}.npz"
+    for position, line in enumerate(run.lines):
+        path = folder / f"features/{line.index:06d}.npz"
         if not path.exists():  # a damaged frame
             continue
         dump, maps, took = Dump(path), {}, {}
         prior.learn(dump)
-        for method, (run, own) in runs.items():
-            grid = cv2.imread(str(run / f"grid/{line['index']:06d}.prob.png"), cv2.IMREAD_UNCHANGED)
-            maps[method] = grid.ravel() / 65535.0
-            stages = ("selection", "training", "calibration", "posterior", "inference")
-            took[method] = sum(own[position]["milliseconds"][stage] for stage in stages)
+        for method, own in runs.items():
+            maps[method] = own.maps(line)[0].ravel() / FULL_PIXEL
+            took[method] = sum(own.lines[position].milliseconds[stage] for stage in STAGES)
         for method, answer in rivals.items():
             start = time.perf_counter()
-            probability = answer(dump, lambda index: cv2.imread(
-                str(source / lines[index]["image"]), cv2.IMREAD_GRAYSCALE))  # fmt: skip
+            probability = answer(dump, picture)
             took[method] = 1e3 * (time.perf_counter() - start)
             maps[method] = prior.apply(probability, dump)
-        if (found := truth_of(truth, dump)) is None:
+        if (found := truth_of(truth, line, dump)) is None:
             continue
         pixels, moves = found
         for method in options.methods:
@@ -320,37 +318,35 @@ def compare_drive(options, name, source, truth):
             called = scores >= 0.5
             auc = roc_auc_score(moves, scores) if 0 < moves.sum() < len(moves) else np.nan
             j = (called & moves).sum() / (called | moves).sum() if moves.any() else np.nan
-            rows.append((name, line["index"], method, auc, j, took[method]))
+            rows.append({"drive": sequence.name, "frame": line.index, "method": method,
+                         "auc": auc, "j": j, "milliseconds": took[method]})  # fmt: skip
     return rows
 
 
-def lead(drives, block, random):
-    """Mean and 95 % interval of differences by frame; drives: one array per drive."""
-    sums = np.zeros(RESAMPLES)
-    for values in drives:  # blocks of frames in a row, the first after the last
-        n, b = len(values), min(block, len(values))
+def lead(differences):
+    """Mean and 95 % interval of differences by drive and frame; None without any."""
+    random, sums = np.random.default_rng(1), np.zeros(RESAMPLES)
+    for _, own in differences.groupby(level="drive"):  # blocks, the first frame after the last
+        n, b = len(own), min(BLOCK, len(own))
         starts = random.integers(0, n, (RESAMPLES, -(-n // b)))
         picked = (starts[:, :, None] + np.arange(b)).reshape(RESAMPLES, -1)[:, :n] % n
-        sums += values[picked].sum(1)
-    every = np.concatenate(drives)
-    return every.mean(), *np.percentile(sums / len(every), [2.5, 97.5])
+        sums += own.to_numpy()[picked].sum(1)
+    low, high = np.percentile(sums / len(differences), [2.5, 97.5])
+    return [differences.mean(), low, high]
 
 
-def summarise(options, rows):
+def summarise(rows):
     """One entry per method: means over frames, and the first method's lead in AUC and J."""
-    drives, first, table = list(dict.fromkeys(row[0] for row in rows)), options.methods[0], []
-    figures = {m: [np.array([r[3:6] for r in rows if r[0] == d and r[2] == m]) for d in drives]
-               for m in options.methods}  # fmt: skip
-    for method, own in figures.items():
-        auc, j, milliseconds = np.nanmean(np.concatenate(own), axis=0)
-        entry = {"method": method, "auc": auc, "j": j, "milliseconds": milliseconds,
-                 "auc_by_drive": {d: np.nanmean(v[:, 0]) for d, v in zip(drives, own)}}  # fmt: skip
-        for column, key in enumerate(("auc", "j")):
-            less = [(a - b)[:, column] for a, b in zip(figures[first], own)]
-            less = [v[~np.isnan(v)] for v in less if not np.isnan(v).all()]
-            if method != first and less:
-                random = np.random.default_rng(1)
-                entry[f"{first}_leads_in_{key}"] = lead(less, options.block, random)
+    figures = rows.pivot(index=["drive", "frame"], columns="method")
+    methods, table = list(rows.method.unique()), []
+    for method in methods:
+        own = figures.xs(method, axis=1, level="method")
+        entry = {"method": method, **own.mean(),
+                 "auc_by_drive": own.auc.groupby(level="drive").mean().to_dict()}  # fmt: skip
+        for key in ("auc", "j"):
+            less = (figures[key][methods[0]] - own[key]).dropna()
+            if method != methods[0] and len(less):
+                entry[f"{methods[0]}_leads_in_{key}"] = lead(less)
         table.append(entry)
     return table
 
@@ -359,14 +355,12 @@ def main():
     """Segments, compares, writes and prints."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("input", type=Path)
-    parser.add_argument("--truth", type=Path, help="masks or tracks.csv of the one drive INPUT")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--methods", default=",".join(METHODS), help="compared with the first")
     parser.add_argument("--max_frames", type=int, default=0, help="of each drive; 0: all")
-    parser.add_argument("--block", type=int, default=10, help="frames in a row drawn together")
     parser.add_argument("--segment_flags", default="", help="flags of segment, by spaces")
     built = Path(__file__).resolve().parents[2] / "bazel-bin/tools/egosieve"
-    parser.add_argument("--program", type=Path, default=built)
+    parser.add_argument("--program", type=Path, default=os.environ.get("EGOSIEVE_PROGRAM", built))
     options = parser.parse_args()
     options.methods = options.methods.split(",")
     if unknown := [m for m in options.methods if m not in METHODS]:
@@ -374,28 +368,20 @@ def main():
     if not set(options.methods) & set(COVARIANCES):
         parser.error(f"--methods needs one of {', '.join(COVARIANCES)}")
     try:
-        drives = ([("drive", options.input, options.truth)] if options.truth else
-                  [(s.name, s.frames, s.truth) for s in find_sequences(options.input)[0]])
-    except InputError as error:
-        parser.error(f"no frame with truth: {error}")
-    try:
-        rows = [row for drive in drives for row in compare_drive(options, *drive)]
+        sequences, _ = find_sequences(options.input)
+        rows = pandas.DataFrame(row for s in sequences for row in compare_drive(options, s))
     except (InputError, UsageError) as error:
         parser.error(str(error))
-    if not rows:
+    if rows.empty:
         parser.error(f"no frame with truth in {options.input}")
-    with open(options.out / "compare.csv", "w", newline="") as file:
-        head = ("drive", "frame", "method", "auc", "j", "milliseconds")
-        csv.writer(file).writerows([head, *rows])
-    table = summarise(options, rows)
+    rows.to_csv(options.out / "compare.csv", index=False, na_rep="nan")
+    table = summarise(rows)
     (options.out / "compare.json").write_text(json.dumps(table, indent=1) + "\n")
-    first = options.methods[0]
-    print(f"{'method':20}    AUC      J  ms/frame  {first} less this: AUC, J")
-    for entry in table:
-        leads = [entry.get(f"{first}_leads_in_{key}") for key in ("auc", "j")]
-        text = "  ".join("{:+.3f} [{:+.3f}, {:+.3f}]".format(*found) for found in leads if found)
-        means = f"{entry['auc']:.4f} {entry['j']:.4f} {entry['milliseconds']:9.1f}"
-        print(f"{entry['method']:20} {means}  {text}".rstrip())
+    shown = pandas.DataFrame(table).drop(columns="auc_by_drive").astype(object)
+    intervals = shown.filter(like="_leads_in_")
+    shown[intervals.columns] = intervals.applymap(
+        lambda found: "{:+.3f} [{:+.3f}, {:+.3f}]".format(*found) if found is not np.nan else "")
+    print(to_text(shown), end="")
 
 
 if __name__ == "__main__":

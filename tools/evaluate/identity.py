@@ -19,6 +19,7 @@ References: Ristani et al. (2016); Luiten et al., HOTA (2021), and its program T
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from sklearn.metrics.cluster import contingency_matrix
 
 THRESHOLDS = 0.05 * np.arange(1, 20)
 SLACK = np.finfo(float).eps  # for rounding where similarities meet thresholds; as in TrackEval
@@ -42,17 +43,14 @@ class Identity:
         whole = np.bincount(truth.ravel())
         ignored = void | ((truth != 0) & (whole < self.min_area)[truth])
         real = np.where(ignored, 0, truth)
-        numbers, areas = np.unique(real[real != 0], return_counts=True)
-        called, called_areas = np.unique(predicted[predicted != 0], return_counts=True)
-        on_ignored = np.array([(ignored & (predicted == n)).sum() for n in called], int)
-        keep = 2 * on_ignored <= called_areas
-        called, called_areas = called[keep], called_areas[keep]
-        similarity = np.zeros((len(numbers), len(called)))
-        for i, number in enumerate(numbers):
-            common = np.array([((real == number) & (predicted == n)).sum() for n in called])
-            similarity[i] = common / (areas[i] + called_areas - common)
+        numbers, called = np.unique(real), np.unique(predicted)
+        common = contingency_matrix(real.ravel(), predicted.ravel())
+        areas, called_areas = common.sum(axis=1), common.sum(axis=0)
+        on_ignored = np.bincount(predicted[ignored], minlength=called[-1] + 1)[called]
+        rows, columns = numbers != 0, (called != 0) & (2 * on_ignored <= called_areas)
+        similarity = (common / (areas[:, None] + called_areas - common))[np.ix_(rows, columns)]
         tracks = [np.array([known.setdefault(n, len(known)) for n in ns.tolist()], int)
-                  for known, ns in ((self.truth, numbers), (self.predicted, called))]
+                  for known, ns in ((self.truth, numbers[rows]), (self.predicted, called[columns]))]
         self.frames.append((*tracks, similarity))
 
     def _association(self, pairs):

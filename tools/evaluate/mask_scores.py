@@ -10,17 +10,12 @@
 Frames are added in their order. Void pixels are static in both masks.
 """
 
-import numpy as np
-
 from .boundary import boundary_f
 from .identity import Identity
 from .objects import ObjectTally, score_objects
+from .pixel_scores import mean_of
 from .stability import describe_outline, outline_change
-from .truth_masks import DYNAMIC, VOID
-
-
-def _mean(values):
-    return float(np.mean(values)) if values else None
+from .truth import DYNAMIC, VOID
 
 
 class MaskScores:
@@ -44,38 +39,15 @@ class MaskScores:
         outlines = describe_outline(called), describe_outline(real)
         if self.last and self.last[0] + 1 == index:
             for values, before, now in zip((self.ts, self.true_ts), self.last[1], outlines):
-                if (change := outline_change(before, now)) is not None:
-                    values.append(change)
+                values.append(outline_change(before, now))
         self.last = index, outlines
         if ids is not None and true_ids is not None:
             self.objects.add(*score_objects(ids, true_ids, void, self.min_area), known)
             self.identity.add(true_ids, ids, void)
 
     def to_json(self):
-        return {"frames": self.frames, "j": _mean([*self.js.values()]), "boundary_f": _mean(self.fs),
-                "temporal_instability": _mean(self.ts),
-                "temporal_instability_of_truth": _mean(self.true_ts),
-                "identity": self.identity.score(),
-                "false_objects_per_frame": self.objects.false_per_frame(),
-                "object_recall": self.objects.to_json()}
-
-    def summary(self, scores):
-        """For people; empty without frames with movers. scores: to_json()."""
-        if not self.js:
-            return ""
-        text = (f"masks, {self.frames} frames: J {scores['j']:.4f}, boundary F "
-                f"{scores['boundary_f']:.4f}")
-        if self.ts:
-            text += f", temporal instability T {scores['temporal_instability']:.4f}"
-        if self.true_ts:
-            text += f" (truth's own {scores['temporal_instability_of_truth']:.4f})"
-        text += "\n"
-        if identity := scores["identity"]:
-            text += ("ids: IDF1 {idf1:.4f}, HOTA {hota:.4f} (detection {detection:.4f}, "
-                     "association {association:.4f})\n").format(**identity)
-        for group, ious in sorted(self.objects.ious.items()):
-            text += (f"movers of ids, {group}: {self.objects.found(group, 0.3)} of {len(ious)} "
-                     f"found (IoU 0.3), {self.objects.found(group, 0.5)} (IoU 0.5)\n")
-        if (false_objects := scores["false_objects_per_frame"]) is not None:
-            text += f"false movers of ids per frame {false_objects:.4f}\n"
-        return text
+        return {"frames": self.frames, "j": mean_of(self.js.values()),
+                "boundary_f": mean_of(self.fs),
+                "temporal_instability": mean_of(self.ts),
+                "temporal_instability_of_truth": mean_of(self.true_ts),
+                "identity": self.identity.score(), **self.objects.to_json()}

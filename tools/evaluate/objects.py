@@ -15,8 +15,10 @@ their pixels remain in IoU.
 
 import cv2
 import numpy as np
+import pandas
 
-from .synthetic_truth import is_person
+from .files import to_text
+from .pixel_scores import ratio
 
 MIN_OVERLAP = 0.1  # least overlap of a predicted object that is not false
 
@@ -63,19 +65,20 @@ def score_objects(predicted, ids, void, min_area):
 
 def _groups(thing):
     """The groups of a synthetic drive's object, beside "all"."""
-    area, distance, relation = (thing[n] for n in ("area_pixels", "distance_metres", "relation"))
+    distance, relation, kind = (thing[n] for n in ("distance_metres", "relation", "class"))
     yield f"relation {relation}"
-    yield f"class {thing['class']}"
-    yield ("size under 100" if area < 100 else "size 100-399" if area < 400 else
-           "size 400-1599" if area < 1600 else "size from 1600")
-    yield ("distance under 20 m" if distance < 20 else "distance 20-40 m" if distance < 40 else
-           "distance from 40 m")
+    yield f"class {kind}"
+    size = np.searchsorted([100, 400, 1600], thing["area_pixels"], side="right")
+    yield "size " + ("under 100", "100-399", "400-1599", "from 1600")[size]
+    place = np.searchsorted([20, 40], distance, side="right")
+    yield "distance " + ("under 20 m", "20-40 m", "from 40 m")[place]
     if distance < 40:
+        is_person = kind in ("pedestrian", "cyclist")
         yield f"{relation} within 40 m"
-        yield "person or cyclist within 40 m" if is_person(thing) else "vehicle within 40 m"
-        if not is_person(thing):
+        yield "person or cyclist within 40 m" if is_person else "vehicle within 40 m"
+        if not is_person:
             yield f"{relation} vehicle within 40 m"
-    if thing["class"] == "pedestrian" and distance < 25:
+    if kind == "pedestrian" and distance < 25:
         yield "person within 25 m"
 
 
@@ -99,26 +102,34 @@ class ObjectTally:
             for group in ("all", *(_groups(thing) if thing else ())):
                 self.ious.setdefault(group, []).append(iou)
 
-    def merge(self, other):
-        self.frames += other.frames
-        self.false_objects += other.false_objects
-        for group, ious in other.ious.items():
-            self.ious[group] = self.ious.get(group, []) + ious
-
-    def found(self, group="all", iou=None):
-        """How many objects were found with this IoU, that of the options by default."""
-        least = self.iou_threshold if iou is None else iou
-        return int(np.sum(np.asarray(self.ious[group]) >= least))
-
-    def recall(self, iou=None, group="all"):
-        return self.found(group, iou) / len(self.ious[group]) if group in self.ious else None
-
-    def false_per_frame(self):
-        return self.false_objects / self.frames if self.frames else None
-
     def to_json(self):
-        return {group: {"objects": len(ious), "recall": self.recall(None, group),
-                        "recall_at_0.3": self.recall(0.3, group),
-                        "recall_at_0.5": self.recall(0.5, group),
-                        "mean_iou": float(np.mean(ious))}
-                for group, ious in sorted(self.ious.items())}
+        levels = {"recall": self.iou_threshold, "recall_at_0.3": 0.3, "recall_at_0.5": 0.5}
+        groups = {}
+        for group, ious in sorted(self.ious.items()):
+            recalls = {name: float(np.mean(np.array(ious) >= iou)) for name, iou in levels.items()}
+            groups[group] = {"objects": len(ious), **recalls, "mean_iou": float(np.mean(ious))}
+        return {"false_objects_per_frame": ratio(self.false_objects, self.frames),
+                "object_recall": groups}
+
+
+def object_tables(evaluations):
+    """Movers found by group in maps and in masks, where the truth has groups.
+
+    evaluations: (variant, eval.json) of each drive; all of a variant's drives together.
+    """
+    text = ""
+    for title, place in (("movers in maps", "scores"), ("movers in masks", "masks")):
+        rows = [{title: group, "variant": variant, "objects": own["objects"],
+                 **{iou: own["objects"] * own[f"recall_at_{iou}"] for iou in (0.3, 0.5)}}
+                for variant, evaluation in evaluations if evaluation[place]
+                for group, own in evaluation[place]["object_recall"].items()]
+        if len({row[title] for row in rows}) < 2:
+            continue
+        sums = pandas.DataFrame(rows).groupby([title, "variant"], sort=False).sum()
+        table = sums.groupby(title).objects.max().to_frame()
+        for variant in sums.index.unique("variant"):
+            own = sums.xs(variant, level="variant")
+            for iou in (0.3, 0.5):
+                table[f"{variant}, IoU {iou}"] = own[iou] / own.objects
+        text += to_text(table.reset_index(), 3)
+    return text

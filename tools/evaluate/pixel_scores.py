@@ -27,6 +27,11 @@ def ratio(part, whole):
     return float(part / whole) if whole else None
 
 
+def mean_of(values):
+    values = [value for value in values if value is not None]
+    return float(np.mean(values)) if values else None
+
+
 class Counts:
     """Positives and negatives by score."""
 

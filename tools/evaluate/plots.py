@@ -1,101 +1,112 @@
-"""Figures drawn by matplotlib as SVG and PNG, and one page with all of them.
-
-A figure is a dictionary: id (the files' name), title, caption, x_label, y_label, series, and
-optionally categories (names of places on the x axis), x_range, y_range, diagonal (a faint line from
-(0, 0) to (1, 1)), logarithmic_x, logarithmic_y. A series has name, x, y (None: no point) and
-optionally style: line, dashed or bars.
-"""
+"""The pages of figures of a run and of a suite: index.html and an SVG per figure, by matplotlib."""
 
 import html
 import json
-import math
-import re
+from functools import partial
 
 import matplotlib
+import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402
 
-# Okabe and Ito's colours, told apart with any colour vision, then two greys.
-COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999",
-           "#7F5F00"]
+from .drive_scores import THRESHOLDS  # noqa: E402
+from .figures import value_at  # noqa: E402
+
 STYLE = """body{font:16px/1.45 sans-serif;margin:2em auto;max-width:84em;padding:0 1em;color:#222}
-figure{margin:2em 0;border-top:1px solid #ccc;padding-top:1em}figure svg{max-width:100%;height:auto}
+figure{margin:2em 0;border-top:1px solid #ccc;padding-top:1em}figure img{max-width:100%}
 figcaption{max-width:60em}pre{font-size:11px;overflow-x:auto;background:#f6f6f6;padding:1em}"""
+# Of a run, by name: place in eval.json; title; names of the axes; lines (x, y) of the data there;
+# caption.
+OF_RUN = {
+    "roc": (
+        "scores/curve_threshold_fpr_recall_precision", "Receiver operating characteristic",
+        ("false-positive rate", "recall"), lambda curve: [curve.T[1:3], DIAGONAL],
+        "Share of the dynamic pixels that are called dynamic (recall) against the share of the "
+        "static ones that are, as the threshold falls; all scored pixels together. Higher is "
+        "better; the diagonal is guessing."),
+    "precision_recall": (
+        "scores/curve_threshold_fpr_recall_precision", "Precision and recall",
+        ("recall", "precision"), lambda curve: [curve.T[2:4]],
+        "Share of the pixels called dynamic that are (precision) against the share of the dynamic "
+        "pixels that are found (recall); all scored pixels together. Higher is better."),
+    "iou_by_threshold": (
+        "scores/mean_iou_at_0.05_to_0.95", "IoU by threshold", ("threshold", "mean IoU"),
+        lambda ious: [(THRESHOLDS, ious)],
+        "Mean over the frames with movers of the intersection over union, when pixels from this "
+        "probability on are called dynamic."),
+    "reliability": (
+        "scores/calibration/reliability", "Reliability of the probabilities",
+        ("stated probability", "share that is dynamic"),
+        lambda bins: [np.transpose([(b["mean_stated"], b["positive_share"]) for b in bins
+                                    if b["pixels"]]), DIAGONAL],
+        "Of the pixels whose stated probability falls into a bin, the share that is dynamic, "
+        "against the mean stated probability. On the diagonal probabilities mean what they say; "
+        "below it they are too high."),
+    "sparsification": (
+        "scores/uncertainty/sparsification", "Does the deviation know where the map is wrong?",
+        ("share taken away", "remaining error"), lambda curve: [curve.T[[0, 1]], curve.T[[0, 2]]],
+        "Mean error of the pixels that remain when those with the largest deviation are taken "
+        "away, as a share of the mean error of all; dashed, when those with the largest error are. "
+        "The nearer to the dashed line, the better; flat is guessing."),
+    "auc_by_frame": (
+        "frames", "AUC by frame", ("frame", "AUC"),
+        lambda frames: [np.transpose([(frame["index"], frame["auc"]) for frame in frames])],
+        "Area under the ROC curve of each frame alone. Frames whose truth has one class have "
+        "none."),
+}
+DIAGONAL = [0, 1], [0, 1]
 
 
-def _numbers(values):
-    return [math.nan if value is None else value for value in values]
+def _draw(axes, lines, title, names):
+    """The second line is dashed."""
+    for (x, y), style in zip(lines, (".-", "--")):
+        axes.plot(x, np.array(y, float), style)
+    axes.set(title=title, xlabel=names[0], ylabel=names[1])
 
 
-def _draw_series(axes, series):
-    bars = [s for s in series if s.get("style") == "bars"]
-    width = 0.8 / max(len(bars), 1)
-    for place, s in enumerate(series):
-        x, y, colour = _numbers(s["x"]), _numbers(s["y"]), COLOURS[place % len(COLOURS)]
-        if s.get("style") == "bars":
-            offset = (place - (len(bars) - 1) / 2) * width
-            axes.bar([value + offset for value in x], y, width, label=s["name"], color=colour)
-        else:
-            axes.plot(x, y, color=colour, label=s["name"], linewidth=1.6, markersize=3,
-                      linestyle="--" if s.get("style") == "dashed" else "-",
-                      marker="o" if len(x) < 20 else None)
-    axes.grid(axis="y" if bars else "both", color="#dddddd", linewidth=0.6)
-    if len(series) > 1:
-        outside = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5)}
-        axes.legend(fontsize=8, framealpha=0.9, **(outside if bars or len(series) > 4 else {}))
-
-
-def draw(figure, folder):
-    """Writes ID.svg and ID.png."""
-    names = figure.get("categories") or []
-    fig, axes = plt.subplots(figsize=(11 if len(names) > 8 else 7, 4.8), constrained_layout=True)
-    axes.set_axisbelow(True)
-    _draw_series(axes, figure["series"])
-    if figure.get("diagonal"):
-        axes.plot([0, 1], [0, 1], color="#aaaaaa", linewidth=1, linestyle=":", zorder=0)
-    if names:
-        is_long = max(map(len, names)) * len(names) > 60
-        axes.set_xticks(range(len(names)), names, rotation=30 if is_long else 0,
-                        ha="right" if is_long else "center")
-    if figure.get("logarithmic_x"):
-        axes.set_xscale("log")
-        places = sorted({x for s in figure["series"] for x in s["x"]})
-        axes.set_xticks(places, [f"{x:g}" for x in places])
-        axes.set_xticks([], minor=True)
-    if figure.get("logarithmic_y"):
-        axes.set_yscale("log")
-    if figure.get("x_range"):
-        axes.set_xlim(*figure["x_range"])
-    if figure.get("y_range"):
-        axes.set_ylim(*figure["y_range"])
-    axes.set(title=figure["title"], xlabel=figure["x_label"], ylabel=figure["y_label"])
-    with matplotlib.rc_context({"svg.hashsalt": "egosieve"}):
-        fig.savefig(folder / f"{figure['id']}.svg", metadata={"Date": None})
-        fig.savefig(folder / f"{figure['id']}.png", dpi=130)
-    plt.close(fig)
-
-
-def _inline(path, name):
-    """The SVG without its head; matplotlib repeats its ids, so each figure gets its own."""
-    svg = path.read_text(encoding="utf-8")
-    svg = svg[svg.index("<svg"):]
-    return re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", svg)
-
-
-def write_page(folder, title, paragraph, table, figures):
-    """figures.json, the figures that have points, and index.html, which needs no other file."""
+def _write_page(folder, title, paragraph, table, figures):
+    """figures: (name, caption, what draws it on axes). figures.json has the names of all."""
     folder.mkdir(parents=True, exist_ok=True)
-    figures = [figure for figure in figures
-               if any(y is not None for s in figure["series"] for y in s["y"])]
-    (folder / "figures.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     page = (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
             f"<style>{STYLE}</style></head><body><h1>{title}</h1>\n<p>{html.escape(paragraph)}</p>"
             f"\n<pre>{html.escape(table)}</pre>\n")
-    for figure in figures:
-        draw(figure, folder)
-        name = figure["id"]
-        page += (f"<figure>{_inline(folder / f'{name}.svg', name)}<figcaption>"
-                 f'{html.escape(figure["caption"])} (<a href="{name}.svg">SVG</a>, '
-                 f'<a href="{name}.png">PNG</a>)</figcaption></figure>\n')
+    for name, caption, draw in figures:
+        fig, axes = plt.subplots(figsize=(9, 4.8), constrained_layout=True)
+        draw(axes)
+        axes.grid(color="#dddddd", linewidth=0.6)
+        axes.set_axisbelow(True)
+        fig.savefig(folder / f"{name}.svg", metadata={"Date": None})
+        plt.close(fig)
+        page += (f'<figure><img src="{name}.svg"><figcaption>{html.escape(caption)}'
+                 "</figcaption></figure>\n")
+    (folder / "figures.json").write_text(json.dumps([name for name, _, _ in figures]) + "\n")
     (folder / "index.html").write_text(page + "</body></html>\n", encoding="utf-8")
+    return folder / "index.html"
+
+
+def write_run_page(folder, evaluation, text):
+    """plots/ in the run's folder. evaluation: eval.json."""
+    paragraph = ("Scored against {truth} ({truth_kind}, matched by {matched_by}); pixels: "
+                 "{pixels}; {frames_scored} frames.").format(**evaluation)
+    figures = []
+    for name, (place, title, axes, lines_of, caption) in OF_RUN.items():
+        if data := value_at(place, evaluation):
+            lines = lines_of(data if isinstance(data[0], dict) else np.array(data))
+            figures.append((name, caption, partial(_draw, lines=lines, title=title, names=axes)))
+    return _write_page(folder, "Evaluation of a run", paragraph, text, figures)
+
+
+def write_suite_page(folder, table, text):
+    """Bars by sequence and profile of the table of a suite."""
+    def bars(figure, title, caption):
+        values = table.pivot(index="sequence", columns="profile", values=figure)
+        return f"by_sequence_{figure}", caption, lambda axes: values.plot.bar(
+            ax=axes, title=title, ylabel=title, xlabel="", ylim=(0, 1), width=0.8)
+
+    figures = [bars("mean_auc", "AUC",
+                    "Mean over frames of the area under the ROC curve; 0.5 is guessing."),
+               bars("mean_iou", "mean IoU, declared threshold",
+                    "Mean over the frames with movers of the intersection over union, when pixels "
+                    "from the declared threshold on are called dynamic. No bar: 0, or none.")]
+    return _write_page(folder, "Egosieve on many sequences", "", text, figures)

@@ -7,20 +7,13 @@
 A sequence's name is its path below the suite. Its group is the first part of that path.
 """
 
-from dataclasses import dataclass
+from collections import namedtuple
 from pathlib import Path
 
-from .errors import InputError
+from .files import InputError
 
 DEPTH = 3
-
-
-@dataclass(frozen=True)
-class Sequence:
-    name: str  # davis/cows
-    group: str  # davis
-    frames: Path
-    truth: Path
+Sequence = namedtuple("Sequence", "name frames truth")  # davis/cows, paths
 
 
 def truth_in(folder):
@@ -29,11 +22,8 @@ def truth_in(folder):
         return folder
     if (folder / "unfinished").exists():
         return None
-    for masks in ("masks", "labels"):
-        if (folder / masks).is_dir():
-            return folder / masks
-    tracks = folder / "tracks.csv"
-    return tracks if tracks.is_file() else None
+    places = (folder / name for name in ("masks", "labels", "tracks.csv"))
+    return next((place for place in places if place.exists()), None)
 
 
 def _folders_with_frames(folder, depth):
@@ -50,16 +40,12 @@ def find_sequences(suite):
     root = Path(suite).absolute()
     if not root.is_dir():
         raise InputError(f"no folder {suite}; give the suite's folder")
-    sequences, without = [], []
-    for folder in _folders_with_frames(root, DEPTH):
-        name = folder.relative_to(root).as_posix() if folder != root else root.name
-        truth = truth_in(folder)
-        if truth is None:
-            without.append(name)
-        else:
-            sequences.append(Sequence(name, name.split("/")[0], folder / "frames", truth))
+    truths = {folder.relative_to(root).as_posix() if folder != root else root.name:
+              (folder / "frames", truth_in(folder)) for folder in _folders_with_frames(root, DEPTH)}
+    sequences = [Sequence(name, *both) for name, both in sorted(truths.items()) if both[1]]
+    without = sorted(name for name, (_, truth) in truths.items() if not truth)
     if not sequences:
         beside = f" (frames without truth: {', '.join(without)})" if without else ""
         raise InputError(f"no sequence in {suite}: none of its folders has frames/ and masks/, "
                          f"labels/ or tracks.csv beside it{beside}")
-    return sorted(sequences, key=lambda s: s.name), sorted(without)
+    return sequences, without

@@ -14,55 +14,41 @@ centre of frame i, at t_i seconds; ^ marks estimates.
 Only frames with both an estimate and a truth count.
 """
 
-from pathlib import Path
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from .errors import InputError
-from .run_folder import read_json
+from .files import InputError, read_json
 
 SPAN_SECONDS = TRAVEL_SECONDS = 1.0
 LEAST_TRAVEL_METRES = 0.1
+MEDIANS = ("rotation_degrees_per_second", "rotation_neighbours_degrees_per_second",
+           "direction_degrees")
 
 
 def _rows(path, count):
-    """Lines of `count` finite numbers; # begins a comment."""
-    rows = []
-    if not Path(path).exists():
-        raise InputError(f"there is no {path}")
-    for number, line in enumerate(Path(path).read_text(errors="replace").split("\n"), 1):
-        if not line.strip() or line.startswith("#"):
-            continue
-        try:
-            row = [float(word) for word in line.split()]
-        except ValueError as error:
-            raise InputError(f"{path}, line {number}: {error}") from None
-        if len(row) != count or not np.isfinite(row).all():
-            raise InputError(f"{path}, line {number}: {len(row)} numbers; there must be {count}, "
-                             "all finite")
-        rows.append(row)
-    return np.array(rows).reshape(-1, count)
+    """Lines of `count` numbers; # begins a comment."""
+    try:
+        rows = np.loadtxt(path, ndmin=2).reshape(-1, count)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: {error}; a line must have {count} numbers") from None
+    if not np.isfinite(rows).all():
+        raise InputError(f"{path}: all numbers must be finite")
+    return rows
 
 
 def read_tum(path):
     """[(seconds, (rotation, centre))] of lines `seconds tx ty tz qx qy qz qw`, camera to world."""
     rows = _rows(path, 8)
-    for row in rows:
-        if not row[4:].any():
-            raise InputError(f"{path}: the quaternion at {row[0]} s is zero")
     return [(row[0], (Rotation.from_quat(row[4:]).as_matrix(), row[1:4])) for row in rows]
 
 
 def read_kitti(path):
     """{frame: (rotation, centre)} of lines with the 12 numbers of [R c], row by row."""
-    poses = {}
-    for frame, row in enumerate(_rows(path, 12).reshape(-1, 3, 4)):
-        left, _, right = np.linalg.svd(row[:, :3])
-        if np.linalg.det(row[:, :3]) <= 0:
-            raise InputError(f"{path}, row {frame + 1}: the first three columns are no rotation")
-        poses[frame] = left @ right, row[:, 3]
-    return poses
+    rows = _rows(path, 12).reshape(-1, 3, 4)
+    if (np.linalg.det(rows[:, :, :3]) <= 0).any():
+        raise InputError(f"{path}: the first three columns of a row are no rotation")
+    return {frame: (Rotation.from_matrix(row[:, :3]).as_matrix(), row[:, 3])
+            for frame, row in enumerate(rows)}
 
 
 def by_frame(timed, seconds):
@@ -70,55 +56,57 @@ def by_frame(timed, seconds):
     away. seconds: by frame, increasing."""
     frames, times = np.array(list(seconds)), np.array(list(seconds.values()))
     half = np.diff(times).min() / 2 if len(times) > 1 else np.inf
-    poses = {}
-    for time, pose in timed:
-        place = np.argmin(abs(times - time)) if len(times) else None
-        if place is not None and abs(times[place] - time) < half:
-            poses[int(frames[place])] = pose
-    return poses
+    places = [np.argmin(abs(times - time)) for time, _ in timed]
+    return {int(frames[place]): pose for place, (time, pose) in zip(places, timed)
+            if abs(times[place] - time) < half}
+
+
+def _relative(poses, i, j):
+    """Rotations and ways from frames i to frames j, in the camera's axes of i."""
+    turns, centres = poses
+    back = turns[i].inv()
+    return back * turns[j], back.apply(centres[j] - centres[i])
 
 
 def _median(values):
-    return float(np.median(values)) if values else None
+    return float(np.median(values)) if len(values) else None
 
 
-def _rotation_error(pairs, span):
-    errors = []
-    for i, (start, (estimate, _), (truth, _)) in enumerate(pairs):
-        for end, (later, _), (true_later, _) in pairs[i + 1:]:
-            if end - start >= span - 1e-9:
-                relative = (estimate.T @ later).T @ (truth.T @ true_later)
-                angle = Rotation.from_matrix(relative).magnitude()
-                errors.append(np.degrees(angle) / (end - start))
-                break
-    return _median(errors)
+def _rotation_error(estimate, truth, times, span):
+    later = np.searchsorted(times, times + span - 1e-9)
+    later = np.maximum(later, np.arange(len(times)) + 1)
+    i = np.flatnonzero(later < len(times))
+    if not len(i):
+        return None
+    (turn, _), (true_turn, _) = (_relative(poses, i, later[i]) for poses in (estimate, truth))
+    angles = np.degrees((turn.inv() * true_turn).magnitude())
+    return _median(angles / (times[later[i]] - times[i]))
 
 
-def _angle(a, b):
-    if not a.any() or not b.any():
-        return 90.0
-    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
-
-
-def _direction_errors(pairs):
-    for i, (start, (estimate, here), (truth, true_here)) in enumerate(pairs):
-        for end, (_, there), (_, true_there) in pairs[i + 1:]:
-            if end - start > TRAVEL_SECONDS + 1e-9:
-                break
-            if np.linalg.norm(true_there - true_here) > LEAST_TRAVEL_METRES:
-                yield _angle(estimate.T @ (there - here), truth.T @ (true_there - true_here))
-                break
+def _direction_errors(estimate, truth, times):
+    pairs, centres = [], truth[1]
+    for i, end in enumerate(np.searchsorted(times, times + TRAVEL_SECONDS + 1e-9, side="right")):
+        way = np.linalg.norm(centres[i + 1:end] - centres[i], axis=1)
+        pairs += [(i, i + 1 + j) for j in np.flatnonzero(way > LEAST_TRAVEL_METRES)[:1]]
+    if not pairs:
+        return []
+    a, b = (_relative(poses, *np.transpose(pairs))[1] for poses in (estimate, truth))
+    angles = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))
+    return np.where(a.any(axis=1), np.degrees(angles), 90.0)
 
 
 def compare(estimate, truth, frames_per_second):
-    pairs = [(frame / frames_per_second, estimate[frame], pose)
-             for frame, pose in sorted(truth.items()) if frame in estimate]
-    directions = list(_direction_errors(pairs))
-    return {"frames": len(pairs),
-            "rotation_degrees_per_second": _rotation_error(pairs, SPAN_SECONDS),
-            "rotation_neighbours_degrees_per_second": _rotation_error(pairs, 0.0),
-            "travelling_pairs": len(directions),
-            "direction_degrees": _median(directions)}
+    frames = sorted(set(truth) & set(estimate))
+    if not frames:
+        return {"frames": 0, "travelling_pairs": 0} | dict.fromkeys(MEDIANS)
+    times = np.array(frames) / frames_per_second
+    both = [(Rotation.from_matrix([poses[frame][0] for frame in frames]),
+             np.array([poses[frame][1] for frame in frames])) for poses in (estimate, truth)]
+    directions = _direction_errors(*both, times)
+    medians = (_rotation_error(*both, times, SPAN_SECONDS), _rotation_error(*both, times, 0.0),
+               _median(directions))
+    return {"frames": len(frames), "travelling_pairs": len(directions),
+            **dict(zip(MEDIANS, medians))}
 
 
 def read_camera(path):

@@ -61,33 +61,16 @@ class Uncertainty:
         self.errors += np.bincount(errors, minlength=LEVELS)
         self.wrong.add(Counts(deviations, (scores >= self.threshold) != positive))
 
-    def merge(self, other):
-        for name in ("pixels", "error_sums", "errors"):
-            setattr(self, name, getattr(self, name) + getattr(other, name))
-        self.wrong.add(other.wrong)
-
-    def _removals(self):
-        """By deviation and by error; None if no pixel has an error."""
-        if not self.error_sums.any():
-            return None
-        return (_Removal(self.pixels, self.error_sums),
-                _Removal(self.errors, self.errors * np.arange(LEVELS)))
-
-    def ause(self):
-        removals = self._removals()
-        if removals is None:
-            return None
-        ranked, oracle = removals
-        return float((ranked.area() - oracle.area()) / ranked.remaining(0))
-
-    def error_auc(self):
-        return self.wrong.auc()
-
-    def curve(self, points=50):
-        """Rows of (share removed, S, oracle)."""
-        removals = self._removals()
-        if removals is None:
-            return []
-        shares = np.arange(points) / points
-        ranked, oracle = (r.remaining(shares) / r.remaining(0) for r in removals)
-        return np.column_stack([shares, ranked, oracle]).tolist()
+    def to_json(self, points=50):
+        """sparsification: rows of (share removed, S, oracle)."""
+        area, curve = None, []
+        if self.error_sums.any():
+            removals = (_Removal(self.pixels, self.error_sums),
+                        _Removal(self.errors, self.errors * np.arange(LEVELS)))
+            ranked, oracle = (removal.area() / removal.remaining(0) for removal in removals)
+            area = float(ranked - oracle)
+            shares = np.arange(points) / points
+            remaining = [removal.remaining(shares) / removal.remaining(0) for removal in removals]
+            curve = np.column_stack([shares, *remaining]).tolist()
+        return {"area_under_sparsification_error": area, "error_auc": self.wrong.auc(),
+                "sparsification": curve}

@@ -35,28 +35,19 @@ def fail(code, text):
     sys.exit(code)
 
 
-def nanoseconds(message, recorded):
-    """Of the picture, by its header; by the recording where that tells none."""
-    stamp = message.header.stamp
-    return stamp.sec * 1_000_000_000 + stamp.nanosec or recorded
-
-
 def encoded(message):
     """A file's extension and bytes: JPEG and PNG as they were recorded, all else as PNG."""
-    data = bytes(message.data) if hasattr(message, "format") else b""
-    if data.startswith(b"\xff\xd8"):
-        return ".jpg", data
-    if data.startswith(b"\x89PNG"):
-        return ".png", data
-    plain = re.fullmatch(r"(8|16)UC([134])", getattr(message, "encoding", ""))
-    if plain:
-        message = dataclasses.replace(message, encoding=CHANNELS[plain[2]] + plain[1])
-    depth = "16" if getattr(message, "encoding", "").endswith("16") else "8"
-    picture = message_to_cvimage(message, f"bgr{depth}")
-    done, png = cv2.imencode(".png", picture)
-    if not done:
-        raise ValueError("a picture cannot be written as PNG")
-    return ".png", png.tobytes()
+    if hasattr(message, "format"):
+        data = bytes(message.data)
+        for extension, begin in ((".jpg", b"\xff\xd8"), (".png", b"\x89PNG")):
+            if data.startswith(begin):
+                return extension, data
+    encoding = getattr(message, "encoding", "")
+    if plain := re.fullmatch(r"(8|16)UC([134])", encoding):
+        encoding = CHANNELS[plain[2]] + plain[1]
+        message = dataclasses.replace(message, encoding=encoding)
+    picture = message_to_cvimage(message, "bgr16" if encoding.endswith("16") else "bgr8")
+    return ".png", cv2.imencode(".png", picture)[1].tobytes()
 
 
 def choose(reader, topic):
@@ -64,7 +55,8 @@ def choose(reader, topic):
     pictures = [connection for connection in reader.connections if connection.msgtype in IMAGE_TYPES]
     topics = sorted({connection.topic for connection in pictures})
     if not topics:
-        fail(3, f"no topic has pictures ({', '.join(IMAGE_TYPES)}); there are {', '.join(sorted({c.topic + ' of ' + c.msgtype for c in reader.connections})) or 'none'}")  # fmt: skip
+        there = {f"{connection.topic} of {connection.msgtype}" for connection in reader.connections}
+        fail(3, f"no topic has pictures ({', '.join(IMAGE_TYPES)}); there are {', '.join(sorted(there)) or 'none'}")
     if topic is None and len(topics) > 1:
         fail(2, f"several topics have pictures; name one with --topic: {', '.join(topics)}")
     if topic is not None and topic not in topics:
@@ -74,27 +66,25 @@ def choose(reader, topic):
 
 def write(reader, connections, out):
     """The pictures, then their list; returns how many. The same picture recorded again is listed once."""
-    folder = out / "pictures"
-    folder.mkdir(parents=True)
-    times = {}
+    (out / "pictures").mkdir(parents=True)
+    names = {}  # by time
     for number, (connection, recorded, raw) in enumerate(reader.messages(connections=connections)):
         message = reader.deserialize(raw, connection.msgtype)
         extension, data = encoded(message)
-        name = f"{number:06d}{extension}"
-        time = nanoseconds(message, recorded)
-        if time in times:
-            if (folder / times[time]).read_bytes() != data:
-                raise ValueError(f"two pictures of {connection.topic} have equal times, {time / 1e9:.9f} s, so the headers tell no times")
-            continue
-        (folder / name).write_bytes(data)
-        times[time] = name
-    if not times:
+        stamp = message.header.stamp
+        time = stamp.sec * 1_000_000_000 + stamp.nanosec or recorded
+        name = names.setdefault(time, f"pictures/{number:06d}{extension}")
+        if not (out / name).exists():
+            (out / name).write_bytes(data)
+        elif (out / name).read_bytes() != data:
+            raise ValueError(f"two pictures of {connection.topic} have equal times, {time / 1e9:.9f} s, so the headers tell no times")
+    if not names:
         raise ValueError(f"{connections[0].topic} has no message")
-    lines = [f"{time // 10**9}.{time % 10**9:09d},pictures/{name}\n" for time, name in sorted(times.items())]
+    lines = [f"{time // 10**9}.{time % 10**9:09d},{name}\n" for time, name in sorted(names.items())]
     unfinished = out / "pictures.csv.new"
     unfinished.write_text("".join(lines))
     unfinished.rename(out / "pictures.csv")
-    return len(times)
+    return len(names)
 
 
 def main():

@@ -150,7 +150,7 @@ TEST(Suite, ScoresWhatItCanAndSaysWhatFailed) {
   EXPECT_EQ(outcome.code, 4) << outcome.err;
   EXPECT_THAT(outcome.out,
               AllOf(HasSubstr("easy/one"), HasSubstr("mean easy"),
-                    HasSubstr("failed: wrong, default: 4 masks of"),
+                    HasSubstr("failed: wrong, default: the mask "),
                     HasSubstr("left out: 1 folders with frames, but without truth: small"),
                     HasSubstr("4 of 6 runs scored, 2 failed")));
   const Json json = Json::parse(*ReadFile(out + "/suite.json"));

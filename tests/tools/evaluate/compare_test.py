@@ -77,4 +77,4 @@ class Compare(unittest.TestCase):
             self.assertEqual(done.returncode, 2)
             self.assertIn(why, done.stderr)
         os.makedirs(f'{self.folder}/empty', exist_ok=True)
-        self.assertIn('no frame with truth', self.compare(f'{self.folder}/empty', f'--out={self.folder}/no').stderr)
+        self.assertIn('no sequence', self.compare(f'{self.folder}/empty', f'--out={self.folder}/no').stderr)

@@ -14,8 +14,8 @@ sys.path[:0] = [str(Path(__file__).parent), os.path.abspath('tools')]
 import drive  # noqa: E402
 from evaluate import boundary, box_scores, csv_truth, doubt, identity, objects  # noqa: E402
 from evaluate import mask_scores, pixel_scores, stability, trajectory  # noqa: E402
-from evaluate import truth_masks, uncertainty  # noqa: E402
-from evaluate.errors import InputError, UsageError  # noqa: E402
+from evaluate import truth as truths, uncertainty  # noqa: E402
+from evaluate.files import InputError, UsageError  # noqa: E402
 from evaluate.run_folder import Grid  # noqa: E402
 
 
@@ -80,17 +80,17 @@ class Pixels(Case):
         # Errors 2, 1 by deviations 1, 2: the wrong order. S is 2/1.5 after half.
         wrong = uncertainty.Uncertainty(32768)
         wrong.add(np.array([2, 1]), np.array([1, 2]), np.array([False, False]))
-        curve = wrong.curve(2)
-        self.assertEqual(curve[1], [0.5, 2 / 1.5, 1 / 1.5])
+        found = wrong.to_json(2)
+        self.assertEqual(found['sparsification'][1], [0.5, 2 / 1.5, 1 / 1.5])
         # Ranked: integral_0^1 (3 - x) / (2 - x) dx = 1 + log 2, then 2; oracle: (3 - 2x) / (2 - x).
         ranked, oracle = 1 + np.log(2) + 2, 2 - np.log(2) + 1
-        self.assertAlmostEqual(wrong.ause(), (ranked - oracle) / 2 / 1.5)
-        self.assertIsNone(wrong.error_auc())  # none is wrong at the threshold
+        self.assertAlmostEqual(found['area_under_sparsification_error'], (ranked - oracle) / 2 / 1.5)
+        self.assertIsNone(found['error_auc'])  # none is wrong at the threshold
 
     def test_error_auc(self):
         one = uncertainty.Uncertainty(100)
         one.add(np.array([200, 0, 50]), np.array([9, 1, 5]), np.array([False, False, True]))
-        self.assertEqual(one.error_auc(), 1.0)
+        self.assertEqual(one.to_json()['error_auc'], 1.0)
 
 
 class Outlines(Case):
@@ -159,12 +159,14 @@ class Things(Case):
         tally = objects.ObjectTally(0.5)
         car = {'class': 'car', 'relation': 'ahead', 'distance_metres': 30, 'area_pixels': 500}
         tally.add([(1, 0.4), (2, 0.6)], 3, {1: car})
-        self.assertEqual(tally.recall(), 0.5)
-        self.assertEqual(tally.recall(0.3, 'ahead vehicle within 40 m'), 1.0)
-        self.assertEqual(set(tally.ious), {
+        found = tally.to_json()
+        recall = found['object_recall']
+        self.assertEqual(recall['all']['recall'], 0.5)
+        self.assertEqual(recall['ahead vehicle within 40 m']['recall_at_0.3'], 1.0)
+        self.assertEqual(set(recall), {
             'all', 'relation ahead', 'class car', 'size 400-1599', 'distance 20-40 m',
             'ahead within 40 m', 'vehicle within 40 m', 'ahead vehicle within 40 m'})
-        self.assertEqual(tally.false_per_frame(), 3)
+        self.assertEqual(found['false_objects_per_frame'], 3)
 
     def test_identity(self):
         """One object in four frames, whose number changes after the third."""
@@ -216,7 +218,7 @@ class Things(Case):
         # Four boxes of 3 x 3 grid pixels, of which two share a corner.
         self.assertEqual(json_['outside_pixels'], 7 * 9 - (4 * 9 - 1))
         self.assertEqual(json_['outside_marked_share'], 1 / 28)
-        self.assertRegex(scores.table(), r'moving vehicle +1 of 1 1\.00 1 of 1 1\.00 +-\n')
+        self.assertRegex(box_scores.box_table([json_]), r'moving vehicle +1 of 1 1\.00 +1 of 1 1\.00 +-\n')
 
     def test_mean_in_the_middle(self):
         (self.root / 'boxes.csv').write_text('frame,id,type,x1,y1,x2,y2,moving\n'
@@ -307,29 +309,26 @@ class Readers(Case):
 
     def test_masks_are_matched(self):
         folder = self.masks('a10.png', 'a9.png')
-        way, paths = truth_masks.list_masks(folder, ['a9', 'b', 'a10'])
+        way, paths = truths.list_masks(folder, ['a9', 'b', 'a10'])
         self.assertEqual((way, {k: p.stem for k, p in paths.items()}),
                          ('name', {0: 'a9', 2: 'a10'}))
-        self.assertEqual(truth_masks.list_masks(folder, ['x', 'y'])[0], 'number')
+        self.assertEqual(truths.list_masks(folder, ['x', 'y'])[0], 'number')
         self.masks('b.png')
-        way, paths = truth_masks.list_masks(folder, ['x', 'y', 'z'])
+        way, paths = truths.list_masks(folder, ['x', 'y', 'z'])
         self.assertEqual((way, [paths[k].stem for k in range(3)]), ('order', ['a9', 'a10', 'b']))
         with self.assertRaisesRegex(UsageError, '3 masks'):
-            truth_masks.list_masks(folder, ['x'])
-        with self.assertRaisesRegex(UsageError, 'by number'):
-            truth_masks.list_masks(folder, ['x'], 'number')
+            truths.list_masks(folder, ['x'])
 
     def test_colours_of_masks(self):
         colours = np.array([[[0, 0, 0], [128, 128, 128], [128, 0, 0], [0, 0, 1]]], np.uint8)
         drive.write_png(self.root / 'c.png', colours)
-        self.assertEqual(truth_masks.read_mask(self.root / 'c.png').tolist(), [[0, 128, 255, 255]])
+        self.assertEqual(truths.read_mask(self.root / 'c.png').tolist(), [[0, 128, 255, 255]])
         drive.write_png(self.root / 'd.png', np.zeros((2, 2), np.uint16))
         with self.assertRaisesRegex(InputError, '8-bit'):
-            truth_masks.read_mask(self.root / 'd.png')
+            truths.read_mask(self.root / 'd.png')
 
     def test_poses(self):
-        self.bad(trajectory.read_kitti, '1 2 3\n', 'line 1: 3 numbers; there must be 12')
+        self.bad(trajectory.read_kitti, '1 2 3\n', 'must have 12 numbers')
         self.bad(trajectory.read_kitti, ' '.join(['0'] * 12), 'no rotation')
-        self.bad(trajectory.read_tum, '# x\n0 0 0 0 0 0 0 0\n', 'zero')
-        self.bad(trajectory.read_tum, '0 0 0 zero 0 0 0 1\n', 'line 1')
+        self.bad(trajectory.read_tum, '0 0 0 zero 0 0 0 1\n', 'row 0')
         self.bad(trajectory.read_camera, '{"focal_pixels": 0, "width": 3}', 'positive')
