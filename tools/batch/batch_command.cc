@@ -31,22 +31,23 @@
 #include "tools/cli/exit_code.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/result_flag.h"
-#include "tools/cli/warning.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
 namespace {
 
-// Runs the tasks of a batch on this machine, several at the same time.
+// Runs the tasks of a batch on this machine, several at the same time, which share the threads; a
+// drive goes to its end before the next begins, as far as its tasks leave programs free. Ends early
+// if interrupted. A failing task ends its drive and no other. Each task is a line on stderr.
 class DrivesRun {
  public:
+  // program: egosieve.
   DrivesRun(const BatchPlan& plan, std::string program)
-      : plan_(plan),
-        program_(std::move(program)),
-        tasks_(plan.tasks().size(), State::kWaiting),
-        drives_(StatusOfAll(plan)) {}
+      : plan_(plan), program_(std::move(program)), tasks_(plan.tasks().size(), State::kWaiting) {}
 
-  std::vector<DriveStatus> Run(int jobs) {
+  void Run(int jobs) {
+    setenv("EGOSIEVE_THREADS", absl::StrCat(std::max(1, kernels::MaximumThreads() / jobs)).c_str(),
+           /*overwrite=*/1);  // for the tasks' programs
     std::vector<std::thread> others;
     try {
       for (int i = 1; i < jobs; ++i) others.emplace_back([this] { Work(); });
@@ -55,8 +56,6 @@ class DrivesRun {
     }
     Work();
     for (std::thread& other : others) other.join();
-    Warn(WritePage(plan_, drives_).message());
-    return drives_;
   }
 
  private:
@@ -64,14 +63,14 @@ class DrivesRun {
 
   // Runs the first task that can begin, drive by drive; false if there is none now.
   bool RunNext(std::unique_lock<std::mutex>& lock) {
-    for (size_t drive = 0; drive < drives_.size(); ++drive) {
+    for (size_t drive = 0; drive < plan_.drives().size(); ++drive) {
       for (size_t stage = 0; stage < plan_.stages(); ++stage) {
         const size_t task = plan_.Number(stage, drive);
         const std::vector<size_t>& needs = plan_.tasks()[task].needs;
         if (tasks_[task] == State::kWaiting &&
             std::all_of(needs.begin(), needs.end(),
                         [&](size_t needed) { return tasks_[needed] == State::kDone; })) {
-          RunTask(task, drive, lock);
+          RunTask(task, lock);
           return true;
         }
       }
@@ -92,35 +91,29 @@ class DrivesRun {
     }
   }
 
-  void RunTask(size_t task, size_t drive, std::unique_lock<std::mutex>& lock) {
-    const std::string& stage = plan_.tasks()[task].stage;
+  void RunTask(size_t task, std::unique_lock<std::mutex>& lock) {
     tasks_[task] = State::kRunning;
     lock.unlock();
     bool has_begun = false;  // a task that is done has no program
     const absl::StatusOr<int> code = plan_.Run(task, program_, /*to_log=*/true, [&] {
       const std::lock_guard<std::mutex> own(mutex_);
-      if (!std::exchange(has_begun, true)) Say(drive, stage, "running");
+      if (!std::exchange(has_begun, true)) Say(task, "");
       return InterruptionRequested();
     });
-    DriveStatus now = StatusOf(plan_, drive);
     lock.lock();
     const bool is_good = code.ok() && TaskRecord{"", *code, 0.0, ""}.is_good();
     tasks_[task] = is_good ? State::kDone : State::kOver;
-    if (!code.ok() && now.reason.empty()) {  // not even the book could be written
-      now.state = "failed";
-      now.exit_code = static_cast<int>(ExitCodeForStatus(code.status()));
-      now.reason = std::string(code.status().message());
+    if (!code.ok()) {
+      Say(task, absl::StrCat(" failed: ", code.status().message()));
+    } else if (has_begun || !is_good) {
+      Say(task, is_good ? " done" : *code == 130 ? " interrupted" : " failed");
     }
-    drives_[drive] = std::move(now);
-    const char* end = is_good ? " done" : code.ok() && *code == 130 ? " interrupted" : " failed";
-    if (has_begun || !is_good) Say(drive, stage + end, drives_[drive].state);
   }
 
-  void Say(size_t drive, const std::string& what, const std::string& state) {
-    std::cerr << absl::StrFormat("batch: %d of %d, %s: %s\n", drive + 1, drives_.size(),
-                                 plan_.drives()[drive].out, what);
-    drives_[drive].state = state;
-    WritePage(plan_, drives_).IgnoreError();  // the last one tells
+  void Say(size_t task, const std::string& what) const {
+    std::cerr << absl::StrFormat("batch: %d of %d, %s: %s%s\n", task % plan_.drives().size() + 1,
+                                 plan_.drives().size(), plan_.DriveOf(task).out,
+                                 plan_.tasks()[task].stage, what);
   }
 
   const BatchPlan& plan_;
@@ -128,18 +121,7 @@ class DrivesRun {
   std::mutex mutex_;  // of all below
   std::condition_variable ended_;
   std::vector<State> tasks_;  // by number
-  std::vector<DriveStatus> drives_;
 };
-
-// `jobs` tasks at the same time, which share the threads; a drive goes to its end before the next
-// begins, as far as its tasks leave programs free. Ends early if interrupted. A failing task ends
-// its drive and no other. Each task is a line on stderr, and the page (status.h) is written anew; if
-// it cannot be written, that is a warning at the end. program: egosieve. Returns how the drives are.
-std::vector<DriveStatus> RunDrives(const BatchPlan& plan, const std::string& program, int jobs) {
-  setenv("EGOSIEVE_THREADS", absl::StrCat(std::max(1, kernels::MaximumThreads() / jobs)).c_str(),
-         /*overwrite=*/1);  // for the tasks' programs
-  return DrivesRun(plan, program).Run(jobs);
-}
 
 using Json = nlohmann::ordered_json;
 
@@ -148,7 +130,7 @@ class BatchCommand : public Command {
   std::string name() const override { return "batch"; }
   std::string summary() const override {
     return "Segments many drives and runs further commands on them, here or as numbered tasks on "
-           "many machines; does what is missing, ends with a table and a page.";
+           "many machines; does what is missing, ends with a table.";
   }
   std::string example() const override {
     return "egosieve batch videos --out=out --jobs=2 --then=refine,masks,render,report\n"
@@ -177,11 +159,11 @@ class BatchCommand : public Command {
         ->check(Between(1, 256))
         ->type_name("NUMBER");
     app.add_option("--then", given_.then,
-                   absl::StrCat("What follows segment, by commas: ",
-                                absl::StrJoin(FollowingCommands(), ", "),
-                                "; default: refine,report; none: nothing. Masks go to "
-                                "OUT/NAME.masks. What has been done on the same run with the same "
-                                "flags is left"))
+                   absl::StrCat(
+                       "What follows segment, by commas: ", absl::StrJoin(kFollowingCommands, ", "),
+                       "; default: refine,report; none: nothing. Masks go to "
+                       "OUT/NAME.masks. What has been done on the same run with the same "
+                       "flags is left"))
         ->type_name("COMMANDS");
     app.add_option("--segment_flags", given_.segment_flags,
                    "Flags of segment for all drives, in quotes")
@@ -206,7 +188,7 @@ class BatchCommand : public Command {
         ->type_name("K");
     app.add_flag("--plan", plan_,
                  "Print the tasks with their numbers, write them to egosieve_jobs/, run nothing");
-    app.add_flag("--status", status_, "Print how far each drive is, write the page, run nothing");
+    app.add_flag("--status", status_, "Print how far each drive is, run nothing");
     app.add_option("--sbatch", sbatch_,
                    "Further options of sbatch, separated by spaces: '--time=300 --mem=4G'; a task "
                    "that reaches its time limit goes on from there")
@@ -221,9 +203,7 @@ class BatchCommand : public Command {
     if (plan_) return TellPlan(plan);
     if (engine_ == "slurm") return SubmitPlan(plan);
     if (!status_) return RunHere(plan);
-    const std::vector<DriveStatus> drives = StatusOfAll(plan);
-    TellStatus(plan, drives, result_);
-    Warn(WritePage(plan, drives).message());
+    TellStatus(plan, StatusOfAll(plan), result_);
     return ExitCode::kDone;
   }
 
@@ -263,9 +243,9 @@ class BatchCommand : public Command {
   }
 
   absl::StatusOr<ExitCode> RunHere(const BatchPlan& plan) const {
-    EGOSIEVE_RETURN_IF_ERROR(FindPage(plan).status());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
-    const std::vector<DriveStatus> drives = RunDrives(plan, program, jobs_);
+    DrivesRun(plan, program).Run(jobs_);
+    const std::vector<DriveStatus> drives = StatusOfAll(plan);
     TellStatus(plan, drives, result_);
     if (InterruptionRequested()) {
       return absl::CancelledError("interrupted; the same command goes on");

@@ -117,13 +117,13 @@ absl::StatusOr<ExitCode> RunReport(const ReportOptions& options) {
   EGOSIEVE_ASSIGN_OR_RETURN(content.lines, folder.ReadLines());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string evaluation, ReadIfThere(folder, "eval.json"));
   if (!evaluation.empty()) {
-    absl::StatusOr<EvaluationFile> parsed = ParseEvaluation(evaluation);
-    if (parsed.ok()) {
-      content.evaluation = *std::move(parsed);
-    } else {
+    try {
+      const auto parsed = nlohmann::ordered_json::parse(evaluation);
+      EvaluationSection(parsed);
+      content.evaluation = parsed;
+    } catch (const nlohmann::json::exception& error) {
       Warn(absl::StrCat("the report has no evaluation: ", folder.File("eval.json"),
-                        " cannot be used: ", parsed.status().message(),
-                        "; run egosieve-eval again"));
+                        " cannot be used: ", error.what(), "; run egosieve-eval again"));
     }
   }
   EGOSIEVE_ASSIGN_OR_RETURN(content.tracks, ReadIfThere(folder, "tracks.csv"));
