@@ -185,7 +185,8 @@ Json Thinned(size_t frames, int64_t max_points, const Frame& frame) {
   for (size_t i = 0; i < frames; ++i) {
     const Json json = frame(i);
     if (i % step == 0) index.push_back(json["index"]);
-    for (const auto& [name, value] : json.flatten().items()) {
+    const Json numbers = json.flatten();
+    for (const auto& [name, value] : numbers.items()) {
       if (!value.is_number() || !std::isfinite(value.template get<double>())) continue;
       const auto [column, is_new] = columns.try_emplace(name, (frames + step - 1) / step);
       if (is_new) names.push_back(name);

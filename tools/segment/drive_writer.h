@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "tools/cli/exit_code.h"
 #include "tools/run_folder/baselines.h"
 #include "tools/run_folder/doubtful_frames.h"
 #include "tools/run_folder/run_folder.h"
@@ -88,5 +89,16 @@ class DriveWriter {
 
 // The present time in ISO 8601, to the second.
 std::string UtcNow();
+
+// Warnings, one line each, and exit code of a run that reached its end: kFramesFailed if frames
+// could not be read, if a video ended early, or if the model learnt from nothing or from fewer than
+// half of the frames (tools/run_folder/doubtful_frames.h).
+struct RunVerdict {
+  ExitCode code = ExitCode::kDone;
+  std::vector<std::string> warnings;
+};
+
+// end_warning: EndOfFrames::warning, empty if there is none.
+RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning);
 
 }  // namespace egosieve::tools

@@ -154,12 +154,6 @@ bool IsComplete(int64_t next, int64_t step, int64_t end, vision::FrameSource& so
   return true;
 }
 
-void RemoveAbandonedFiles(const RunFolder& folder) {
-  for (const char* name : {"", "grid", "model"}) {
-    kernels::RemoveAbandonedTemporaries(folder.File(name));
-  }
-}
-
 absl::Status RemoveOtherCheckpoints(const RunFolder& folder, int64_t next_frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> indices, ListCheckpoints(folder));
   for (; !indices.empty() && indices.back() >= next_frame; indices.pop_back()) {

@@ -60,10 +60,6 @@ absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource&
 bool IsComplete(int64_t next, int64_t step, int64_t end, vision::FrameSource& source,
                 std::string& warning);
 
-// Removes temporary files of killed programs from the run folder. Those of running programs are
-// locked and stay.
-void RemoveAbandonedFiles(const RunFolder& folder);
-
 // Removes the checkpoints of frames from `next_frame` on, because those frames are written again.
 // Of the others, all but the last two are removed: a kill between the writing of one and the
 // removal of the oldest leaves three.

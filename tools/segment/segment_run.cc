@@ -20,14 +20,15 @@
 #include "kernels/files/atomic_file.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/device.h"
+#include "tools/cli/command.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/version.h"
 #include "tools/cli/warning.h"
+#include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/drive_writer.h"
 #include "tools/segment/resume.h"
-#include "tools/segment/run_verdict.h"
 #include "tools/segment/segment_call.h"
 #include "vision/descriptor/frame_descriptor.h"
 #include "vision/frame/equalization.h"
@@ -98,7 +99,7 @@ absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription
   if (call.allow_other_device) description.device = before.device;
   EGOSIEVE_RETURN_IF_ERROR(
       CheckSameRun(before, description, before.device != device, call.directory));
-  RemoveAbandonedFiles(folder);
+  RemoveAbandonedFiles(folder.path());
   const int64_t from = call.settings.schedule.first_frame();
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ReadWholeLines(folder));
   if (before.ended == "done" &&
@@ -189,6 +190,17 @@ absl::Status DumpFeatures(const vision::SegmentedFrame& frame, kernels::Context&
 // Gives the drive's frames to a sink.
 using FrameRun =
     std::function<absl::StatusOr<vision::PipelineSummary>(const vision::SegmentedFrameSink& sink)>;
+
+// Frames that are still to come; -1 where unknown.
+int64_t ExpectedFrames(const vision::FrameSource& source, const vision::PipelineOptions& pipeline) {
+  int64_t end = source.expected_frame_count();
+  if (pipeline.end_frame >= 0) {
+    end = end < 0 ? pipeline.end_frame : std::min(end, pipeline.end_frame);
+  }
+  if (end < 0) return -1;
+  const int64_t frames = std::max<int64_t>(end - pipeline.first_frame, 0);
+  return (frames + pipeline.frame_step - 1) / pipeline.frame_step;
+}
 
 // A frame that could not be read keeps its index: its file will be unreadable, too.
 absl::Status Record(const std::string& directory, const vision::SegmentedFrame& frame) {
@@ -311,6 +323,25 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
       });
 }
 
+class SegmentCommand : public Command {
+ public:
+  std::string name() const override { return "segment"; }
+  std::string summary() const override {
+    return "Segments a drive: maps of what moves by itself, and a line of the log per frame.";
+  }
+  std::string example() const override {
+    return "egosieve segment drive.mp4 --out=out/drive\n"
+           "egosieve segment drive.mp4 -o out/no_prior --set location_prior=0\n"
+           "egosieve segment drive.mp4 --max-frames=100\n"
+           "egosieve segment 'frames/*.png' --out=out/frames --stride=3 --profile=paper";
+  }
+  void AddFlags(CLI::App& app) override { call_.AddFlags(app); }
+  absl::StatusOr<ExitCode> Run() override { return RunSegment(call_); }
+
+ private:
+  SegmentCall call_;
+};
+
 }  // namespace
 
 absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
@@ -337,5 +368,7 @@ absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<RunFolder> created, CreateUnlessResumed(call));
   return SegmentOnline(call, input, device, created, threads);
 }
+
+std::unique_ptr<Command> MakeSegmentCommand() { return std::make_unique<SegmentCommand>(); }
 
 }  // namespace egosieve::tools
