@@ -96,12 +96,13 @@ Json Tiles(const ReportContent& content) {
     if (line.model_size > 0 && line.has_map()) shares.push_back(line.dynamic_share);
   }
   const int64_t frames = static_cast<int64_t>(content.lines.size());
-  Json tiles = {Json::array({absl::StrCat(frames - failed), "frames answered"}),
-                Json::array({absl::StrCat(learnt), "learnt from"}),
-                Json::array({absl::StrCat(failed), "failed"})};
+  Json tiles = Json::array();
   const auto add = [&](const std::string& figure, const char* meaning) {
     tiles.push_back(Json::array({figure, meaning}));
   };
+  add(absl::StrCat(frames - failed), "frames answered");
+  add(absl::StrCat(learnt), "learnt from");
+  add(absl::StrCat(failed), "failed");
   if (!content.evaluation.is_null() && content.evaluation["pooled_auc"].is_number()) {
     add(absl::StrFormat("%.3f", content.evaluation["pooled_auc"].get<double>()),
         "pooled AUC against the truth");
