@@ -47,7 +47,7 @@ bool HasProduct(const BatchTask& task) {
   std::vector<fs::path> any;
   if (task.stage == "masks") any = {MasksPath(task.folder)};
   if (task.stage == "refine") any = {out / "reconstruct.json"};
-  if (task.stage == "render") any = {out / "overlay.mp4", out / "overlay.avi", out / "render"};
+  if (task.stage == "render") any = {out / "overlay.mp4", out / "render"};
   if (task.stage == "report") any = {out / "report.html"};
   std::error_code error;
   return any.empty() || std::any_of(any.begin(), any.end(),
@@ -252,7 +252,7 @@ absl::StatusOr<int> BatchPlan::Run(size_t task, const std::string& program, bool
   fs::remove(record, error);
   if (error) return absl::UnavailableError(absl::StrCat("cannot remove ", record));
   const auto start = std::chrono::steady_clock::now();
-  const absl::StatusOr<int> code = RunChild({words, {}, log}, stop_requested);
+  const absl::StatusOr<int> code = RunChild(words, log, stop_requested);
   constexpr int kInterrupted = static_cast<int>(ExitCode::kInterrupted);
   // 143: the signal came before the program could catch it.
   if (code.ok() && (*code == kInterrupted || (*code == 143 && stop_requested()))) {

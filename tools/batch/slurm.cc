@@ -65,7 +65,7 @@ std::string Ranges(const std::vector<size_t>& numbers) {
 absl::StatusOr<std::string> Call(std::vector<std::string> words, const std::string& folder) {
   const std::string log_path = folder + "/slurm.log", name = words.front();
   words.insert(words.begin(), "/usr/bin/env");
-  EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild({words, {}, log_path}, [] { return false; }));
+  EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild(words, log_path, [] { return false; }));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string said, ReadFile(log_path));
   const std::string text = std::string(absl::StripAsciiWhitespace(said));
   if (code == 0) return text;

@@ -72,8 +72,8 @@ void MasksFlags::AddFileFlags(CLI::App& app) {
       ->type_name("FILE");
   app.add_flag(
       "--overwrite", options.overwrite,
-      "Replace files of the same names in --out and --frames; others stay. Not needed to go "
-      "on with what was interrupted");
+      "Replace files of the same names in --out and --frames; others stay. Not needed where the "
+      "same call was interrupted");
 }
 
 void MasksFlags::AddRunFlags(CLI::App& app) {

@@ -1,7 +1,6 @@
 #include "tools/render/render_run.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <opencv2/videoio.hpp>
@@ -28,14 +27,13 @@
 namespace egosieve::tools {
 namespace {
 
-// A video of pictures of one size, in the best format that the installed FFmpeg can write: H.264 in
-// mp4 (every browser plays it), else MPEG-4 part 2 in mp4, else Motion JPEG in avi.
+// A video of pictures of one size, in mp4: H.264, which every browser plays, or, where the installed
+// FFmpeg cannot write it, MPEG-4 part 2.
 class OverlayVideo {
  public:
-  // Writes to a temporary file beside `path_without_suffix`; Finish gives it its name. `size` has
-  // even sides; rate_hz > 0. Unavailable if no format can be written.
-  static absl::StatusOr<OverlayVideo> Open(const std::string& path_without_suffix, cv::Size size,
-                                           double rate_hz);
+  // Writes to a temporary file beside `path`; Finish gives it its name. `size` has even sides;
+  // rate_hz > 0. Unavailable if no format can be written.
+  static absl::StatusOr<OverlayVideo> Open(const std::string& path, cv::Size size, double rate_hz);
 
   // picture: CV_8UC3 of the size given to Open.
   void Append(const cv::Mat3b& picture) {
@@ -60,41 +58,25 @@ class OverlayVideo {
   std::string warning_;
 };
 
-struct Format {
-  const char* fourcc;
-  const char* suffix;
-  const char* warning;
-};
-
-constexpr std::array<Format, 3> kFormats = {
-    {{"avc1", ".mp4", ""},
-     {"mp4v", ".mp4",
-      "this FFmpeg writes no H.264 (libx264 is missing): the video is MPEG-4 part 2, which "
-      "browsers "
-      "do not play"},
-     {"MJPG", ".avi",
-      "this FFmpeg writes neither H.264 nor MPEG-4 (libx264 is missing): the video is Motion JPEG "
-      "in an .avi, which is large and which browsers do not play"}}};
-
-absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_suffix,
-                                                cv::Size size, double rate_hz) {
+absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path, cv::Size size,
+                                                double rate_hz) {
   OverlayVideo video;
-  for (const Format& format : kFormats) {
-    video.path_ = absl::StrCat(path_without_suffix, format.suffix);
-    EGOSIEVE_ASSIGN_OR_RETURN(video.file_,
-                              kernels::TemporaryFile::Create(video.path_, format.suffix));
-    video.warning_ = format.warning;
-    const char* code = format.fourcc;
+  video.path_ = path;
+  for (const std::string code : {"avc1", "mp4v"}) {
+    EGOSIEVE_ASSIGN_OR_RETURN(video.file_, kernels::TemporaryFile::Create(path, ".mp4"));
     const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
     const auto opens = [&] {
       return video.writer_.open(video.file_->name(), cv::CAP_FFMPEG, fourcc, rate_hz, size);
     };
     // Tried twice: a file that failed to open once does not mean a missing encoder.
     if (opens() || opens()) return video;
+    video.warning_ =
+        "this FFmpeg writes no H.264 (libx264 is missing): the video is MPEG-4 part 2, which "
+        "browsers do not play";
   }
   return absl::UnavailableError(
-      absl::StrCat("cannot write a video to ", path_without_suffix,
-                   ".mp4; check that the folder can be written, or use --no_video"));
+      absl::StrCat("cannot write a video to ", path,
+                   "; check that the folder can be written, or use --no_video"));
 }
 
 absl::StatusOr<std::string> OverlayVideo::Finish() {
@@ -174,7 +156,7 @@ class RenderRun {
     if (!writer_) {
       EGOSIEVE_ASSIGN_OR_RETURN(
           OverlayVideo writer,
-          OverlayVideo::Open(folder.File("overlay"), picture.size(), options_.rate_hz));
+          OverlayVideo::Open(folder.File("overlay.mp4"), picture.size(), options_.rate_hz));
       writer_ = std::move(writer);
       video_size_ = picture.size();
     }

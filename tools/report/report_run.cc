@@ -127,9 +127,7 @@ absl::StatusOr<ExitCode> RunReport(const ReportOptions& options) {
     }
   }
   EGOSIEVE_ASSIGN_OR_RETURN(content.tracks, ReadIfThere(folder, "tracks.csv"));
-  for (const char* video : {"overlay.mp4", "overlay.avi"}) {
-    if (std::filesystem::exists(folder.File(video))) content.video = video;
-  }
+  if (std::filesystem::exists(folder.File("overlay.mp4"))) content.video = "overlay.mp4";
   EGOSIEVE_RETURN_IF_ERROR(AddPictures(options, folder, content));
   RemoveAbandonedFiles(folder.path());
   const std::string path = folder.File("report.html");
