@@ -86,13 +86,6 @@ std::vector<std::string> LongFlags(const CLI::App& app) {
   return flags;
 }
 
-// `name`, without dashes, of a flag or key that is unknown; "" unless it is a research setting.
-std::string DescribeResearch(const CLI::App& app, const std::string& name) {
-  if (app.get_option_no_throw(kResearchFlag + name) == nullptr) return "";
-  return absl::StrCat(" is a research setting now: ", kSetFlag, " ", name,
-                      "=VALUE, or in the table [", kResearchTable, "] of --config; ");
-}
-
 // Names of flags with underscores, and a research setting as the flag that it is to CLI11.
 void Unify(const CLI::App& app, std::vector<std::string>& arguments) {
   const bool has_settings = app.get_option_no_throw(kSetFlag) != nullptr;
@@ -115,10 +108,7 @@ void Unify(const CLI::App& app, std::vector<std::string>& arguments) {
 std::string DescribeUnknownFlag(const CLI::App& app) {
   for (const std::string& argument : app.remaining()) {
     if (absl::StartsWith(argument, "-")) {
-      const std::string flag(absl::StripAsciiWhitespace(argument.substr(0, argument.find('='))));
-      const std::string research =
-          DescribeResearch(app, std::string(absl::StripPrefix(flag, "--")));
-      if (!research.empty()) return flag + research;
+      const std::string flag = argument.substr(0, argument.find('='));
       return absl::StrCat("unknown flag ", flag, "; ", DidYouMean(flag, LongFlags(app)));
     }
   }
@@ -143,41 +133,19 @@ std::string FlagWithoutValue(const CLI::App& app, const std::vector<std::string>
   return "";
 }
 
-// CLI11's messages in the wording of this program.
+// CLI11's messages; in other words where they name what the user did not write.
 std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error) {
-  const std::string message = error.what();
+  const bool is_extra = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
   // A missing flag may be misspelt: report the unknown flag rather than the missing one.
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr ||
-      dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+  if (is_extra || dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
     if (std::string unknown = DescribeUnknownFlag(app); !unknown.empty()) return unknown;
   }
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
-    return absl::StrCat("unexpected argument '", app.remaining().front(), "'; ");
-  }
+  if (is_extra) return absl::StrCat("unexpected argument '", app.remaining().front(), "'; ");
+  const absl::string_view message = error.what();
   if (dynamic_cast<const CLI::ConfigError*>(&error) != nullptr) {
     const std::string key(absl::StripPrefix(message, "INI was not able to parse "));
-    const std::string research = DescribeResearch(app, key);
-    if (!research.empty()) return absl::StrCat("'", key, "' in the file of --config", research);
     return absl::StrCat("unknown key '", key, "' in the file of --config; ",
                         DidYouMean("--" + key, LongFlags(app)));
-  }
-  if (dynamic_cast<const CLI::FileError*>(&error) != nullptr) {
-    if (absl::StartsWith(message, "the file of --config")) return absl::StrCat(message, "; ");
-    return absl::StrCat("cannot read ", message.substr(0, message.find(" was not readable")),
-                        ", the file of --config; ");
-  }
-  if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr ||
-      dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
-    return absl::StrCat(message, "; ");
-  }
-  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
-    return absl::StrCat(message.substr(0, message.find(':')), " takes one value; give it once; ");
-  }
-  const absl::string_view kConversion = "Could not convert: ";
-  if (absl::StartsWith(message, kConversion)) {
-    const std::vector<std::string> parts =
-        absl::StrSplit(absl::StripPrefix(message, kConversion), absl::MaxSplits(" = ", 1));
-    return absl::StrCat(parts.front(), ": cannot read '", parts.back(), "' as its value; ");
   }
   return absl::StrCat(message, "; ");
 }

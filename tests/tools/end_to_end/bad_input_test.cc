@@ -270,8 +270,7 @@ TEST_F(BadInput, FlagsThatAreNone) {
                 "functions are arcsine, constant");
   ExpectRefused(Segment(input_, {"--set=covariance=white + constant"}), 2,
                 "does not depend on the inputs");
-  ExpectRefused(Segment(input_, {"--location_prior=0"}), 2,
-                "--location_prior is a research setting now: --set location_prior=VALUE");
+  ExpectRefused(Segment(input_, {"--location_prior=0"}), 2, "unknown flag --location_prior");
   ExpectRefused(Segment(input_, {"--set", "location_prior=2"}), 2,
                 "--set location_prior: 2 is not from 0 to 1");
   ExpectRefused(Segment(input_, {"--set", "location_prio=0"}), 2,
