@@ -117,20 +117,12 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame) {
   return line;
 }
 
-absl::StatusOr<DriveWriter> DriveWriter::Start(const RunFolder& folder,
-                                               const RunDescription& description,
-                                               std::string device) {
+absl::StatusOr<DriveWriter> DriveWriter::Open(const RunFolder& folder,
+                                              const RunDescription& description,
+                                              const std::vector<FrameLine>& lines,
+                                              std::string device) {
   EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
-  EGOSIEVE_ASSIGN_OR_RETURN(LineLog log, folder.OpenLog());
-  return DriveWriter(folder, description, std::move(log), std::move(device));
-}
-
-absl::StatusOr<DriveWriter> DriveWriter::Continue(const RunFolder& folder,
-                                                  const RunDescription& description,
-                                                  const std::vector<FrameLine>& lines,
-                                                  std::string device) {
-  EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
-  EGOSIEVE_RETURN_IF_ERROR(folder.OpenLog().status());  // creates it if a kill prevented that
+  EGOSIEVE_RETURN_IF_ERROR(folder.OpenLog().status());  // creates it where there is none
   EGOSIEVE_ASSIGN_OR_RETURN(
       LineLog log,
       LineLog::OpenTruncated(folder.File("frames.jsonl"), static_cast<int64_t>(lines.size())));

@@ -44,16 +44,11 @@ class DriveWriter {
     void Add(const FrameLine& line);
   };
 
-  // device: the one that computes; lines name it if it is not the run's. `folder` is that of a new
-  // run; `description` is written as it is.
-  static absl::StatusOr<DriveWriter> Start(const RunFolder& folder,
-                                           const RunDescription& description, std::string device);
-
-  // `folder` holds a run that keeps `lines`: the log is cut after them.
-  static absl::StatusOr<DriveWriter> Continue(const RunFolder& folder,
-                                              const RunDescription& description,
-                                              const std::vector<FrameLine>& lines,
-                                              std::string device);
+  // A new run, or one of `lines`, after which its log is cut. `description` is written as it is.
+  // device: the one that computes; lines name it if it is not the run's.
+  static absl::StatusOr<DriveWriter> Open(const RunFolder& folder,
+                                          const RunDescription& description,
+                                          const std::vector<FrameLine>& lines, std::string device);
 
   // Writes the maps, the line, and the checkpoint if there is one, in this order. After
   // an error the folder holds the frames before this one. image: the picture's name, for the line.

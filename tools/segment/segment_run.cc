@@ -9,6 +9,7 @@
 #include <string>
 #include <system_error>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -48,11 +49,23 @@ struct RunBeginning {
   std::string warning;                        // of the input's end
 };
 
+// Whether a run that ended has all its frames; one that goes beyond what is wanted is a warning.
+// warning: of the source's end, if that is the run's. Leaves the source at any frame.
 bool HasAllFrames(const Schedule& schedule, const std::vector<FrameLine>& lines,
                   vision::FrameSource& source, std::string& warning) {
   const int64_t from = schedule.first_frame(), step = schedule.frame_step();
   const int64_t next = lines.empty() ? from : lines.back().index + step;
-  return IsComplete(next, step, schedule.MakePipeline(1, from).end_frame, source, warning);
+  const int64_t end = schedule.MakePipeline(1, from).end_frame;
+  if (end < 0 || next < end) {
+    if (!source.SeekTo(next).ok()) return false;
+    const absl::StatusOr<vision::FrameRead> read = source.Next();
+    if (!read.ok() || !std::holds_alternative<vision::EndOfFrames>(*read)) return false;
+    warning = std::get<vision::EndOfFrames>(*read).warning;
+  } else if (next >= end + step) {
+    Warn(absl::StrCat("the run goes on to frame ", next - step,
+                      " already, beyond what --max_frames or --to asks for; its frames stay"));
+  }
+  return true;
 }
 
 // A new run folder; absent if --resume finds a run. Errors of RunFolder::Create.
@@ -82,7 +95,7 @@ RunDescription DescribeRun(const SegmentCall& call, const DriveInput& input,
 absl::StatusOr<DriveWriter> StartRun(const SegmentCall& call, const RunFolder& folder,
                                      const RunDescription& description) {
   EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
-                            DriveWriter::Start(folder, description, description.device));
+                            DriveWriter::Open(folder, description, {}, description.device));
   EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
   return writer;
 }
@@ -97,8 +110,13 @@ absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription before, folder.ReadDescription());
   const std::string device = description.device;
   if (call.allow_other_device) description.device = before.device;
-  EGOSIEVE_RETURN_IF_ERROR(
-      CheckSameRun(before, description, before.device != device, call.directory));
+  if (const std::string difference = DescribeDifference(before, description); !difference.empty()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the run in ", call.directory, " is another: ", difference,
+        before.device != device ? "; give it the same, choose another folder for --out, or add "
+                                  "--allow_other_device"
+                                : "; give it the same, or choose another folder for --out"));
+  }
   RemoveAbandonedFiles(folder.path());
   const int64_t from = call.settings.schedule.first_frame();
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ReadWholeLines(folder));
@@ -123,7 +141,7 @@ absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription
   description.seconds = before.seconds;
   beginning.first_frame = point.next_frame;
   EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer,
-                            DriveWriter::Continue(folder, description, point.lines, device));
+                            DriveWriter::Open(folder, description, point.lines, device));
   // A kill may have prevented writing it before.
   EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
   return beginning;

@@ -183,10 +183,5 @@ TEST(Evaluate, BoxesBesideTheFramesAreScored) {
   EXPECT_EQ(Json::parse(*ReadFile(run + "/further.json")).at("boxes").at("frames"), 2);
 }
 
-TEST(Evaluate, TheFormerCommandTellsTheNewOne) {
-  EXPECT_THAT(RunProgram({"evaluate", FreshFolder()}),
-              EndsWithLine(2, "evaluate is egosieve-eval now"));
-}
-
 }  // namespace
 }  // namespace egosieve::tools
