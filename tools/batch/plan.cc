@@ -29,14 +29,6 @@ std::string Dump(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-// When the run ended with all its frames; empty if it has not.
-std::string FinishedUtc(const std::string& out) {
-  const absl::StatusOr<RunFolder> folder = RunFolder::Open(out);
-  if (!folder.ok()) return "";
-  const absl::StatusOr<RunDescription> description = folder->ReadDescription();
-  return description.ok() && description->ended == "done" ? description->finished_utc : "";
-}
-
 bool IsSegment(const BatchTask& task) {
   return !task.arguments.empty() && task.arguments.front() == "segment";
 }

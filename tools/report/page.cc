@@ -267,33 +267,20 @@ Json StageTable(absl::Span<const FrameLine> lines) {
 
 // Frames by reason, ignoring numbers: the most frequent first, with the text of its first frame.
 Json NotLearnt(absl::Span<const FrameLine> lines) {
-  struct Group {
-    std::string reason;
-    std::vector<int64_t> frames;
-  };
-  std::map<std::string, Group> groups;
+  ReasonKinds reasons;
   for (const FrameLine& line : lines) {
     if (line.outcome == Outcome::kLearnt) continue;
-    const std::string reason =
-        absl::StrCat(line.outcome == Outcome::kFailed ? "failed: " : "", line.reason);
-    Group& group = groups[WithoutNumbers(reason)];
-    if (group.frames.empty()) group.reason = reason;
-    group.frames.push_back(line.index);
+    reasons.Add(absl::StrCat(line.outcome == Outcome::kFailed ? "failed: " : "", line.reason),
+                line.index);
   }
   Json section = {{"title", "Frames that were not learnt from"}};
-  if (groups.empty()) {
+  Json rows = Json::array();
+  for (const auto& [reason, frames] : reasons.MostFrequentFirst()) {
+    rows.push_back(Json::array({reason, frames.size(), DescribeRanges(frames, kShownRanges)}));
+  }
+  if (rows.empty()) {
     section["notes"] = {"None: every frame was learnt from."};
     return section;
-  }
-  std::vector<const Group*> sorted;
-  for (const auto& [key, group] : groups) sorted.push_back(&group);
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Group* a, const Group* b) {
-    return a->frames.size() > b->frames.size();
-  });
-  Json rows = Json::array();
-  for (const Group* group : sorted) {
-    rows.push_back(Json::array(
-        {group->reason, group->frames.size(), DescribeRanges(group->frames, kShownRanges)}));
   }
   section["notes"] = {
       "Reasons that differ in their numbers alone are one; the first frame's numbers are shown."};

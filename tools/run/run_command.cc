@@ -25,14 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// When the folder's run ended with all its frames; empty if it has not, or if there is none.
-std::string FinishedUtc(const std::string& directory) {
-  const absl::StatusOr<RunFolder> folder = RunFolder::Open(directory);
-  if (!folder.ok()) return "";
-  const absl::StatusOr<RunDescription> description = folder->ReadDescription();
-  return description.ok() && description->ended == "done" ? description->finished_utc : "";
-}
-
 // Whether the file is there and as new as refine's products.
 bool IsNew(const RunFolder& folder, const char* name) {
   std::error_code error, none;

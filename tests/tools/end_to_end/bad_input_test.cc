@@ -255,7 +255,7 @@ TEST_F(BadInput, AnOutputFolderThatCannotBeWritten) {
 
 TEST_F(BadInput, FlagsThatAreNone) {
   WriteFrames(2);
-  ExpectRefused(Segment(input_, {"--strid=4"}), 2, "unknown flag --strid; did you mean --stride?");
+  ExpectRefused(Segment(input_, {"--strid=4"}), 2, "unknown flag --strid");
   ExpectRefused(Segment(input_, {"--frobnicate"}), 2, "--frobnicate");
   ExpectRefused(Segment(input_, {"--stride=0"}), 2, "--stride: 0 is not from 1 to 1000");
   ExpectRefused(Segment(input_, {"--stride=five"}), 2, "--stride");
@@ -274,9 +274,8 @@ TEST_F(BadInput, FlagsThatAreNone) {
   ExpectRefused(Segment(input_, {"--set", "location_prior=2"}), 2,
                 "--set location_prior: 2 is not from 0 to 1");
   ExpectRefused(Segment(input_, {"--set", "location_prio=0"}), 2,
-                "did you mean --set location_prior?");
-  ExpectRefused(RunProgram({"segment", input_, "--outt=3"}), 2,
-                "unknown flag --outt; did you mean --out?");
+                "unknown flag --set location_prio");
+  ExpectRefused(RunProgram({"segment", input_, "--outt=3"}), 2, "unknown flag --outt");
 }
 
 TEST_F(BadInput, FoldersThatAreNoRuns) {
