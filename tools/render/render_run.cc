@@ -32,65 +32,6 @@
 namespace egosieve::tools {
 namespace {
 
-// A video of pictures of one size, in mp4: H.264, which every browser plays, or, where the installed
-// FFmpeg cannot write it, MPEG-4 part 2.
-class OverlayVideo {
- public:
-  // Writes to a temporary file beside `path`; Finish gives it its name. `size` has even sides;
-  // rate_hz > 0. Unavailable if no format can be written.
-  static absl::StatusOr<OverlayVideo> Open(const std::string& path, cv::Size size, double rate_hz);
-
-  // picture: CV_8UC3 of the size given to Open.
-  void Append(const cv::Mat3b& picture) {
-    writer_.write(picture);
-    ++frames_;
-  }
-
-  // Completes the file and returns its path. ResourceExhausted if the disk could not hold all of
-  // it.
-  absl::StatusOr<std::string> Finish();
-
-  // Empty for H.264; else a sentence with the format written instead and the package to install.
-  const std::string& warning() const { return warning_; }
-
- private:
-  OverlayVideo() = default;
-
-  cv::VideoWriter writer_;
-  std::optional<kernels::TemporaryFile> file_;
-  int64_t frames_ = 0;
-  std::string path_;
-  std::string warning_;
-};
-
-absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path, cv::Size size,
-                                                double rate_hz) {
-  OverlayVideo video;
-  video.path_ = path;
-  for (const std::string code : {"avc1", "mp4v"}) {
-    EGOSIEVE_ASSIGN_OR_RETURN(video.file_, kernels::TemporaryFile::Create(path, ".mp4"));
-    const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
-    const auto opens = [&] {
-      return video.writer_.open(video.file_->name(), cv::CAP_FFMPEG, fourcc, rate_hz, size);
-    };
-    // Tried twice: a file that failed to open once does not mean a missing encoder.
-    if (opens() || opens()) return video;
-    video.warning_ =
-        "this FFmpeg writes no H.264 (libx264 is missing): the video is MPEG-4 part 2, which "
-        "browsers do not play";
-  }
-  return absl::UnavailableError(
-      absl::StrCat("cannot write a video to ", path,
-                   "; check that the folder can be written, or use --no_video"));
-}
-
-absl::StatusOr<std::string> OverlayVideo::Finish() {
-  writer_.release();
-  EGOSIEVE_RETURN_IF_ERROR(vision::CheckWrittenVideo(file_->name(), frames_));
-  EGOSIEVE_RETURN_IF_ERROR(file_->Commit());
-  return path_;
-}
-
 class RenderRun {
  public:
   explicit RenderRun(const RenderOptions& options) : options_(options) {}
@@ -121,7 +62,7 @@ class RenderRun {
     }
     progress.Finish();
     // Frames drawn before an error or an interruption also make a complete video.
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string video, FinishVideo());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string video, FinishVideo(folder.File("overlay.mp4")));
     EGOSIEVE_RETURN_IF_ERROR(status);
     std::string text = video.empty() ? "" : absl::StrCat("video in ", video, "\n");
     if (options_.images) {
@@ -150,34 +91,54 @@ class RenderRun {
       EGOSIEVE_RETURN_IF_ERROR(WritePng(folder.FrameFile("render", line.index, ".png"), picture));
     }
     if (options_.video) {
-      EGOSIEVE_RETURN_IF_ERROR(AppendToVideo(folder, picture));
+      EGOSIEVE_RETURN_IF_ERROR(AppendToVideo(folder.File("overlay.mp4"), picture));
     }
     ++frames_;
     return absl::OkStatus();
   }
 
-  // The first picture sets the video's size; frames of other sizes are left out of the video.
-  absl::Status AppendToVideo(const RunFolder& folder, const cv::Mat3b& picture) {
-    if (!writer_) {
-      EGOSIEVE_ASSIGN_OR_RETURN(
-          OverlayVideo writer,
-          OverlayVideo::Open(folder.File("overlay.mp4"), picture.size(), options_.rate_hz));
-      writer_ = std::move(writer);
-      video_size_ = picture.size();
-    }
+  // The first picture, whose sides are even, sets the video's size; frames of other sizes are left
+  // out of the video.
+  absl::Status AppendToVideo(const std::string& path, const cv::Mat3b& picture) {
+    if (!file_) EGOSIEVE_RETURN_IF_ERROR(OpenVideo(path, picture.size()));
     if (picture.size() == video_size_) {
-      writer_->Append(picture);
+      writer_.write(picture);
+      ++video_frames_;
     } else {
       ++other_sizes_;
     }
     return absl::OkStatus();
   }
 
-  // The video's path; empty if there is none.
-  absl::StatusOr<std::string> FinishVideo() {
-    if (!writer_) return std::string();
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, writer_->Finish());
-    Warn(writer_->warning());
+  // H.264, which every browser plays, or, where the installed FFmpeg cannot write it, MPEG-4 part 2.
+  absl::Status OpenVideo(const std::string& path, cv::Size size) {
+    video_size_ = size;
+    for (const std::string code : {"avc1", "mp4v"}) {
+      EGOSIEVE_ASSIGN_OR_RETURN(file_, kernels::TemporaryFile::Create(path, ".mp4"));
+      const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
+      // Tried twice: a file that failed to open once does not mean a missing encoder.
+      for (int attempt = 0; attempt < 2; ++attempt) {
+        if (writer_.open(file_->name(), cv::CAP_FFMPEG, fourcc, options_.rate_hz, size)) {
+          return absl::OkStatus();
+        }
+      }
+      warning_ =
+          "this FFmpeg writes no H.264 (libx264 is missing): the video is MPEG-4 part 2, which "
+          "browsers do not play";
+    }
+    file_.reset();
+    return absl::UnavailableError(
+        absl::StrCat("cannot write a video to ", path,
+                     "; check that the folder can be written, or use --no_video"));
+  }
+
+  // The video's path; empty if there is none. ResourceExhausted if the disk could not hold it.
+  absl::StatusOr<std::string> FinishVideo(const std::string& path) {
+    if (!file_) return std::string();
+    writer_.release();
+    EGOSIEVE_RETURN_IF_ERROR(vision::CheckWrittenVideo(file_->name(), video_frames_));
+    EGOSIEVE_RETURN_IF_ERROR(file_->Commit());
+    Warn(warning_);
     if (other_sizes_ > 0) {
       Warn(absl::StrCat(other_sizes_, " frames of another size are not in the video"));
     }
@@ -185,8 +146,11 @@ class RenderRun {
   }
 
   RenderOptions options_;
-  std::optional<OverlayVideo> writer_;
+  cv::VideoWriter writer_;
+  std::optional<kernels::TemporaryFile> file_;  // of the video
   cv::Size video_size_;
+  std::string warning_;
+  int64_t video_frames_ = 0;
   int64_t frames_ = 0, failed_ = 0, other_sizes_ = 0;
 };
 

@@ -43,8 +43,7 @@ std::vector<std::pair<std::string, double>> MakeShares(
   return shares;
 }
 
-}  // namespace
-
+// 16-bit images of a map, as RunFolder writes them; views of `map`.
 FrameMaps MakeMaps(const vision::SegmentationMap& map) {
   const auto as_image = [&](const std::vector<float>& values) {
     return cv::Mat1f(map.grid.rows(), map.grid.columns(), const_cast<float*>(values.data()));
@@ -52,22 +51,7 @@ FrameMaps MakeMaps(const vision::SegmentationMap& map) {
   return {as_image(map.probability), as_image(map.deviation)};
 }
 
-absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line) {
-  for (const MapFile& file : kMapFiles) {
-    const absl::StatusOr<std::string> png =
-        ReadFile(folder.FrameFile(file.folder, before.index, file.suffix));
-    if (absl::IsNotFound(png.status()) && &file != std::end(kMapFiles) - 1) continue;
-    EGOSIEVE_RETURN_IF_ERROR(png.status());
-    EGOSIEVE_RETURN_IF_ERROR(
-        WriteFileAtomically(folder.FrameFile(file.folder, line.index, file.suffix), *png));
-  }
-  line.width_pixels = before.width_pixels;
-  line.height_pixels = before.height_pixels;
-  line.dynamic_share = before.dynamic_share;
-  line.expected_overlap = before.expected_overlap;
-  line.map_device = before.map_device;
-  return absl::OkStatus();
-}
+}  // namespace
 
 std::string UtcNow() {
   const std::time_t now = std::time(nullptr);
@@ -139,7 +123,22 @@ absl::Status DriveWriter::AnswerFromBefore(FrameLine& line) const {
   line.theta = last_line_.theta;
   line.a = last_line_.a;
   line.b = last_line_.b;
-  return last_with_map_.has_map() ? CopyMaps(folder_, last_with_map_, line) : absl::OkStatus();
+  const FrameLine& before = last_with_map_;
+  if (!before.has_map()) return absl::OkStatus();
+  for (const MapFile& file : kMapFiles) {
+    const absl::StatusOr<std::string> png =
+        ReadFile(folder_.FrameFile(file.folder, before.index, file.suffix));
+    if (absl::IsNotFound(png.status()) && &file != std::end(kMapFiles) - 1) continue;
+    EGOSIEVE_RETURN_IF_ERROR(png.status());
+    EGOSIEVE_RETURN_IF_ERROR(
+        WriteFileAtomically(folder_.FrameFile(file.folder, line.index, file.suffix), *png));
+  }
+  line.width_pixels = before.width_pixels;
+  line.height_pixels = before.height_pixels;
+  line.dynamic_share = before.dynamic_share;
+  line.expected_overlap = before.expected_overlap;
+  line.map_device = before.map_device;
+  return absl::OkStatus();
 }
 
 void DriveWriter::Counts::Add(const FrameLine& line) {

@@ -19,12 +19,6 @@ namespace egosieve::tools {
 // A frame's line, without its time for `writing` and its number of saturated deviations.
 FrameLine MakeLine(const vision::SegmentedFrame& frame);
 
-// 16-bit images of a map, as RunFolder writes them; views of `map`.
-FrameMaps MakeMaps(const vision::SegmentationMap& map);
-
-// Gives `line`, of a frame that could not be read, the map of `before`, which has one.
-absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line);
-
 class DriveWriter {
  public:
   struct Counts {

@@ -91,15 +91,6 @@ RunDescription DescribeRun(const SegmentCall& call, const DriveInput& input,
   return description;
 }
 
-// Begins the new run in `folder`.
-absl::StatusOr<DriveWriter> StartRun(const SegmentCall& call, const RunFolder& folder,
-                                     const RunDescription& description) {
-  EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
-                            DriveWriter::Open(folder, description, {}, description.device));
-  EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
-  return writer;
-}
-
 // Continues the run of --resume and restores the segmenter's state. FailedPrecondition if that run
 // differs from `description`; errors of resume.h. Leaves the input at any frame.
 absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription description,
@@ -205,10 +196,6 @@ absl::Status DumpFeatures(const vision::SegmentedFrame& frame, kernels::Context&
                                       bytes);
 }
 
-// Gives the drive's frames to a sink.
-using FrameRun =
-    std::function<absl::StatusOr<vision::PipelineSummary>(const vision::SegmentedFrameSink& sink)>;
-
 // Frames that are still to come; -1 where unknown.
 int64_t ExpectedFrames(const vision::FrameSource& source, const vision::PipelineOptions& pipeline) {
   int64_t end = source.expected_frame_count();
@@ -277,28 +264,6 @@ absl::StatusOr<ExitCode> EndRun(const SegmentCall& call,
   return Judge(counts, summary->warning);
 }
 
-// Writes the frames that `run` gives to its sink, and how the run ended.
-absl::StatusOr<ExitCode> WriteAll(const SegmentCall& call, const DriveInput& input,
-                                  const vision::PipelineOptions& pipeline, DriveWriter& writer,
-                                  const FrameRun& run) {
-  Progress progress("segment", call.progress, ExpectedFrames(*input.frames, pipeline));
-  std::optional<double> first_seconds;  // of the drive
-  const absl::StatusOr<vision::PipelineSummary> summary =
-      run([&](const vision::SegmentedFrame& frame) {
-        if (call.record) EGOSIEVE_RETURN_IF_ERROR(Record(call.directory, frame));
-        EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame, input.frames->image_name(frame.index)));
-        const FrameLine& line = writer.last_line();
-        if (!first_seconds) first_seconds = line.time_seconds;
-        progress.Advance(
-            {{"times real time", (line.time_seconds - *first_seconds) / progress.Seconds()},
-             {"model size", static_cast<double>(line.model_size)},
-             {"dynamic share", line.dynamic_share}});
-        return absl::OkStatus();
-      });
-  progress.Finish();
-  return EndRun(call, summary, input, progress.Seconds(), writer);
-}
-
 // `created`: absent for the run that --resume found.
 absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput& input,
                                        const OpenedDevice& device,
@@ -311,7 +276,9 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
   RunBeginning beginning;
   if (created) {
     beginning.first_frame = call.settings.schedule.first_frame();
-    EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer, StartRun(call, *created, description));
+    EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer,
+                              DriveWriter::Open(*created, description, {}, description.device));
+    EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
   } else {
     EGOSIEVE_ASSIGN_OR_RETURN(beginning, ContinueRun(call, description, *input.frames, *segmenter));
   }
@@ -323,22 +290,32 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
   const vision::PipelineOptions pipeline =
       call.settings.schedule.MakePipeline(threads, beginning.first_frame);
   if (!features.empty()) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(features));
-  return WriteAll(
-      call, input, pipeline, *beginning.writer,
-      [&](const vision::SegmentedFrameSink& sink) -> absl::StatusOr<vision::PipelineSummary> {
-        const auto dump_and_sink = [&](const vision::SegmentedFrame& frame) {
-          if (!features.empty()) {
-            EGOSIEVE_RETURN_IF_ERROR(DumpFeatures(frame, *device.context, options, features));
-          }
-          return sink(frame);
-        };
-        EGOSIEVE_ASSIGN_OR_RETURN(vision::PipelineSummary summary,
-                                  vision::RunPipeline(*input.frames, *segmenter, pipeline,
-                                                      InterruptionRequested, dump_and_sink));
-        EGOSIEVE_RETURN_IF_ERROR(
-            call.camera.WriteLearnt(call.directory, input, segmenter->learnt_camera()));
-        return summary;
-      });
+  DriveWriter& writer = *beginning.writer;
+  Progress progress("segment", call.progress, ExpectedFrames(*input.frames, pipeline));
+  std::optional<double> first_seconds;  // of the drive
+  const auto write = [&](const vision::SegmentedFrame& frame) {
+    if (!features.empty()) {
+      EGOSIEVE_RETURN_IF_ERROR(DumpFeatures(frame, *device.context, options, features));
+    }
+    if (call.record) EGOSIEVE_RETURN_IF_ERROR(Record(call.directory, frame));
+    EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame, input.frames->image_name(frame.index)));
+    const FrameLine& line = writer.last_line();
+    if (!first_seconds) first_seconds = line.time_seconds;
+    progress.Advance(
+        {{"times real time", (line.time_seconds - *first_seconds) / progress.Seconds()},
+         {"model size", static_cast<double>(line.model_size)},
+         {"dynamic share", line.dynamic_share}});
+    return absl::OkStatus();
+  };
+  absl::StatusOr<vision::PipelineSummary> summary =
+      vision::RunPipeline(*input.frames, *segmenter, pipeline, InterruptionRequested, write);
+  if (summary.ok()) {
+    const absl::Status learnt =
+        call.camera.WriteLearnt(call.directory, input, segmenter->learnt_camera());
+    if (!learnt.ok()) summary = learnt;
+  }
+  progress.Finish();
+  return EndRun(call, summary, input, progress.Seconds(), writer);
 }
 
 class SegmentCommand : public Command {
