@@ -77,11 +77,8 @@ class RefineRun {
   absl::Status StartTracks();
   absl::Status RestoreState();
   absl::Status SaveState(size_t done);
-  // Drops the window's frames before `from` and reads those up to `to`.
-  absl::Status MoveWindow(size_t from, size_t to);
   absl::StatusOr<vision::WindowFrame> ReadFrame(size_t i);
-  absl::Status AddDeviation(const FrameLine& line, FrameResult& result);
-  // Reads the frames on which the results of [begin, end) depend.
+  // Reads the frames on which the results of [begin, end) depend, and drops others.
   absl::Status MoveWindowAround(size_t begin, size_t end);
   // Refined maps of the window's frames [begin, end), with the rounding of their files.
   std::vector<cv::Mat1f> RefinedMapsOf(size_t begin, size_t end) const;
