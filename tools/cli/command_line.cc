@@ -206,7 +206,7 @@ std::string CommandLine::Help() const {
                   " COMMAND --help lists a command's flags, with an example.\n", program_,
                   " --man prints the manual page, ", program_,
                   " completion bash what bash sources for completion.\n\nExit codes:\n");
-  for (const auto& [code, text] : ExitCodeTexts()) {
+  for (const auto& [code, text] : kExitCodeTexts) {
     absl::StrAppendFormat(&help, "  %-3d  %s\n", code, text);
   }
   return help;

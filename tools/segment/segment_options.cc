@@ -110,8 +110,23 @@ SegmentOption Untold(SegmentOption option) {
   return option;
 }
 
-std::vector<SegmentOption> MapFlags() {
+std::vector<SegmentOption> MakeOptions() {
+  SegmentOption inducing = Number(
+      Kind::kResearch, "inducing_points", "POINTS", "Inducing points of the sparse model at most",
+      Between(1, 4096),
+      [](auto& s) -> auto& { return s.segmenter.learner.model.sparse.inducing_points; });
+  inducing.get = [tell = inducing.get](const Settings& s) {
+    return s.segmenter.learner.model.kind == vision::ModelKind::kSparse ? tell(s) : "none";
+  };
+  SegmentOption age = Number(
+      Kind::kResearch, "dynamic_age", "FRAMES", "Frames for which moving points stay in the model",
+      Between(int64_t{0}, kUnlimitedAge),
+      [](auto& s) -> auto& { return s.segmenter.learner.budget.maximum_positive_age; });
+  age.get = [](const Settings& s) {
+    return ToText(std::min(s.segmenter.learner.budget.maximum_positive_age, kUnlimitedAge));
+  };
   return {
+      // The map.
       {Kind::kFlag, "seed", "NUMBER", "Seed of all random numbers", AtLeast<int64_t>(0),
        [](const std::string& text, Settings& s) { s.segmenter.SetSeed(std::stoull(text)); },
        [](const Settings& s) { return absl::StrCat(s.segmenter.labeller.seed); }},
@@ -126,11 +141,7 @@ std::vector<SegmentOption> MapFlags() {
           Kind::kFlag, "ahead", "FRAMES",
           "Frames after the current one that its labels may use; 0: none, as for a live camera",
           Between(0, 100), [](auto& s) -> auto& { return s.segmenter.ahead_frames; }),
-  };
-}
-
-std::vector<SegmentOption> CameraFlags() {
-  return {
+      // The camera.
       File(
           Kind::kFlag, "camera", "FILE",
           "The focal length: a run's camera.json, or a file of its focal_pixels, width and "
@@ -153,11 +164,7 @@ std::vector<SegmentOption> CameraFlags() {
           "travel and what is fixed in the image; off: learn the focal length on the way, as for "
           "a live camera",
           [](auto& s) -> auto& { return s.camera.has_first_pass; }),
-  };
-}
-
-std::vector<SegmentOption> ScheduleFlags() {
-  return {
+      // Which frames.
       Number(
           Kind::kFlag, "checkpoint_every", "FRAMES",
           "Frames between checkpoints, from which --resume continues; 0: none", AtLeast<int64_t>(0),
@@ -189,18 +196,7 @@ std::vector<SegmentOption> ScheduleFlags() {
       Untold(Number(
           Kind::kFlag, "max_frames", "FRAMES", "Frames to segment at most; 0: no limit",
           AtLeast<int64_t>(0), [](auto& s) -> auto& { return s.schedule.max_frames; })),
-  };
-}
-
-std::vector<SegmentOption> ModelSettings() {
-  SegmentOption inducing = Number(
-      Kind::kResearch, "inducing_points", "POINTS", "Inducing points of the sparse model at most",
-      Between(1, 4096),
-      [](auto& s) -> auto& { return s.segmenter.learner.model.sparse.inducing_points; });
-  inducing.get = [tell = inducing.get](const Settings& s) {
-    return s.segmenter.learner.model.kind == vision::ModelKind::kSparse ? tell(s) : "none";
-  };
-  return {
+      // The model.
       Word(
           Kind::kResearch, "model",
           "exact: the paper's; sparse: through inducing points, with which every pixel "
@@ -223,18 +219,7 @@ std::vector<SegmentOption> ModelSettings() {
           Kind::kResearch, "window", "PIXELS",
           "Side of the square window over which a descriptor's intensities are averaged; odd",
           Between(1, 255), [](auto& s) -> auto& { return s.segmenter.descriptor.window_pixels; }),
-  };
-}
-
-std::vector<SegmentOption> PointSettings() {
-  SegmentOption age = Number(
-      Kind::kResearch, "dynamic_age", "FRAMES", "Frames for which moving points stay in the model",
-      Between(int64_t{0}, kUnlimitedAge),
-      [](auto& s) -> auto& { return s.segmenter.learner.budget.maximum_positive_age; });
-  age.get = [](const Settings& s) {
-    return ToText(std::min(s.segmenter.learner.budget.maximum_positive_age, kUnlimitedAge));
-  };
-  return {
+      // Its points.
       {Kind::kResearch, "density", "DISTANCE",
        "Distance between descriptors below which points of one class are thinned; in the model 0.7 "
        "of it; 0: none are",
@@ -268,11 +253,7 @@ std::vector<SegmentOption> PointSettings() {
          const vision::OnlineLearnerOptions& learner = s.segmenter.learner;
          return learner.scales_to_mean_zero ? kMeanLabel : ToText(learner.zero_label);
        }},
-  };
-}
-
-std::vector<SegmentOption> MapSettings() {
-  return {
+      // What is made of its map.
       Number(
           Kind::kResearch, "location_prior", "WEIGHT",
           "Weight of the location prior: where in the image things have moved so far; 0: none",
@@ -282,11 +263,7 @@ std::vector<SegmentOption> MapSettings() {
           "Weight with which the map follows the frame's own labels near them, beside the "
           "Gaussian process; 0: the Gaussian process alone",
           Between(0.0, 1.0), [](auto& s) -> auto& { return s.segmenter.residual_weight; }),
-  };
-}
-
-std::vector<SegmentOption> LabelSettings() {
-  return {
+      // Labels.
       File(
           Kind::kResearch, "dump_features", "DIR",
           "The folder for each frame's labels and descriptors as NNNNNN.npz, for other classifiers "
@@ -332,11 +309,7 @@ std::vector<SegmentOption> LabelSettings() {
                                       {"global", vision::Equalization::kGlobal},
                                       {"clahe", vision::Equalization::kClahe}},
           [](auto& s) -> auto& { return s.segmenter.labeller.equalization.method; }),
-  };
-}
-
-std::vector<SegmentOption> ProfileSettings() {
-  return {
+      // What a profile alone decides.
       Word(
           Kind::kProfile, "flow_quality", "",
           Words<vision::FlowQuality>{{"ultrafast", vision::FlowQuality::kUltrafast},
@@ -398,14 +371,7 @@ vision::PipelineOptions Schedule::MakePipeline(int threads, int64_t first_frame)
 }
 
 const std::vector<SegmentOption>& SegmentOptions() {
-  static const auto& options = *[] {
-    auto* all = new std::vector<SegmentOption>();
-    for (const auto& part : {MapFlags(), CameraFlags(), ScheduleFlags(), ModelSettings(),
-                             PointSettings(), MapSettings(), LabelSettings(), ProfileSettings()}) {
-      all->insert(all->end(), part.begin(), part.end());
-    }
-    return all;
-  }();
+  static const auto& options = *new std::vector<SegmentOption>(MakeOptions());
   return options;
 }
 
