@@ -14,7 +14,6 @@
 #include "tools/cli/object_flags.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/warning.h"
-#include "tools/refine/refine_flags.h"
 #include "tools/refine/refine_run.h"
 #include "tools/run_folder/chosen_lines.h"
 #include "tools/run_folder/folder_lock.h"
@@ -85,15 +84,10 @@ void RefineFlags::AddFlags(CLI::App& app) {
   result.AddFlag(app);
 }
 
-absl::StatusOr<RefineOptions> RefineFlags::MakeOptions() const {
-  RefineOptions made = options;
-  EGOSIEVE_ASSIGN_OR_RETURN(made.what, ProductChoice::FromText(what));
-  EGOSIEVE_RETURN_IF_ERROR(made.Validate());
-  return made;
-}
-
 absl::StatusOr<ExitCode> RunRefine(const RefineFlags& flags) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const RefineOptions options, flags.MakeOptions());
+  RefineOptions options = flags.options;
+  EGOSIEVE_ASSIGN_OR_RETURN(options.what, ProductChoice::FromText(flags.what));
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(flags.directory));
   EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folder.path()));
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());

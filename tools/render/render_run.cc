@@ -19,7 +19,6 @@
 #include "tools/cli/command.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/object_flags.h"
-#include "tools/cli/switch_flag.h"
 #include "tools/cli/warning.h"
 #include "tools/render/overlay_source.h"
 #include "tools/run_folder/chosen_lines.h"

@@ -8,10 +8,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
 #include "tools/cli/command.h"
 #include "tools/cli/output_folder.h"
-#include "tools/cli/switch_flag.h"
-#include "tools/refine/refine_flags.h"
 #include "tools/refine/refine_run.h"
 #include "tools/render/render_run.h"
 #include "tools/report/report_run.h"

@@ -15,7 +15,6 @@
 #include "tools/cli/exit_code.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
-#include "tools/cli/switch_flag.h"
 #include "tools/synthesize/synthesize.h"
 #include "vision/synthetic/street.h"
 
