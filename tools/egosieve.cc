@@ -38,12 +38,7 @@ int RunCommandLine(int argc, char** argv) {
   line.Add(MakeReportCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());
-  const std::vector<std::string> arguments(argv + 1, argv + argc);
-  if (!arguments.empty() && arguments[0] == "evaluate") {
-    std::cerr << ErrorLine("evaluate is egosieve-eval now; see egosieve-eval --help") << "\n";
-    return static_cast<int>(ExitCode::kUsage);
-  }
-  return line.Run(arguments, std::cout, std::cerr);
+  return line.Run({argv + 1, argv + argc}, std::cout, std::cerr);
 }
 
 }  // namespace

@@ -24,29 +24,30 @@
 #include "tools/batch/drives.h"
 #include "tools/batch/plan.h"
 #include "tools/batch/slurm.h"
-#include "tools/batch/status.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/child_process.h"
 #include "tools/cli/command.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
-#include "tools/cli/warning.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
 namespace {
 
-// Runs the tasks of a batch on this machine, several at the same time.
+// Runs the tasks of a batch on this machine, several at the same time, which share the threads; a
+// drive goes to its end before the next begins, as far as its tasks leave programs free. Ends early
+// if interrupted. A failing task ends its drive and no other. Each task is a line on stderr.
 class DrivesRun {
  public:
+  // program: egosieve.
   DrivesRun(const BatchPlan& plan, std::string program)
-      : plan_(plan),
-        program_(std::move(program)),
-        tasks_(plan.tasks().size(), State::kWaiting),
-        drives_(StatusOfAll(plan)) {}
+      : plan_(plan), program_(std::move(program)), tasks_(plan.tasks().size(), State::kWaiting) {}
 
-  std::vector<DriveStatus> Run(int jobs) {
+  void Run(int jobs) {
+    setenv("EGOSIEVE_THREADS", absl::StrCat(std::max(1, kernels::MaximumThreads() / jobs)).c_str(),
+           /*overwrite=*/1);  // for the tasks' programs
     std::vector<std::thread> others;
     try {
       for (int i = 1; i < jobs; ++i) others.emplace_back([this] { Work(); });
@@ -55,8 +56,6 @@ class DrivesRun {
     }
     Work();
     for (std::thread& other : others) other.join();
-    Warn(WritePage(plan_, drives_).message());
-    return drives_;
   }
 
  private:
@@ -64,14 +63,14 @@ class DrivesRun {
 
   // Runs the first task that can begin, drive by drive; false if there is none now.
   bool RunNext(std::unique_lock<std::mutex>& lock) {
-    for (size_t drive = 0; drive < drives_.size(); ++drive) {
+    for (size_t drive = 0; drive < plan_.drives().size(); ++drive) {
       for (size_t stage = 0; stage < plan_.stages(); ++stage) {
         const size_t task = plan_.Number(stage, drive);
         const std::vector<size_t>& needs = plan_.tasks()[task].needs;
         if (tasks_[task] == State::kWaiting &&
             std::all_of(needs.begin(), needs.end(),
                         [&](size_t needed) { return tasks_[needed] == State::kDone; })) {
-          RunTask(task, drive, lock);
+          RunTask(task, lock);
           return true;
         }
       }
@@ -92,35 +91,29 @@ class DrivesRun {
     }
   }
 
-  void RunTask(size_t task, size_t drive, std::unique_lock<std::mutex>& lock) {
-    const std::string& stage = plan_.tasks()[task].stage;
+  void RunTask(size_t task, std::unique_lock<std::mutex>& lock) {
     tasks_[task] = State::kRunning;
     lock.unlock();
     bool has_begun = false;  // a task that is done has no program
     const absl::StatusOr<int> code = plan_.Run(task, program_, /*to_log=*/true, [&] {
       const std::lock_guard<std::mutex> own(mutex_);
-      if (!std::exchange(has_begun, true)) Say(drive, stage, "running");
+      if (!std::exchange(has_begun, true)) Say(task, "");
       return InterruptionRequested();
     });
-    DriveStatus now = StatusOf(plan_, drive);
     lock.lock();
     const bool is_good = code.ok() && TaskRecord{"", *code, 0.0, ""}.is_good();
     tasks_[task] = is_good ? State::kDone : State::kOver;
-    if (!code.ok() && now.reason.empty()) {  // not even the book could be written
-      now.state = "failed";
-      now.exit_code = static_cast<int>(ExitCodeForStatus(code.status()));
-      now.reason = std::string(code.status().message());
+    if (!code.ok()) {
+      Say(task, absl::StrCat(" failed: ", code.status().message()));
+    } else if (has_begun || !is_good) {
+      Say(task, is_good ? " done" : *code == 130 ? " interrupted" : " failed");
     }
-    drives_[drive] = std::move(now);
-    const char* end = is_good ? " done" : code.ok() && *code == 130 ? " interrupted" : " failed";
-    if (has_begun || !is_good) Say(drive, stage + end, drives_[drive].state);
   }
 
-  void Say(size_t drive, const std::string& what, const std::string& state) {
-    std::cerr << absl::StrFormat("batch: %d of %d, %s: %s\n", drive + 1, drives_.size(),
-                                 plan_.drives()[drive].out, what);
-    drives_[drive].state = state;
-    WritePage(plan_, drives_).IgnoreError();  // the last one tells
+  void Say(size_t task, const std::string& what) const {
+    std::cerr << absl::StrFormat("batch: %d of %d, %s: %s%s\n", task % plan_.drives().size() + 1,
+                                 plan_.drives().size(), plan_.DriveOf(task).out,
+                                 plan_.tasks()[task].stage, what);
   }
 
   const BatchPlan& plan_;
@@ -128,17 +121,97 @@ class DrivesRun {
   std::mutex mutex_;  // of all below
   std::condition_variable ended_;
   std::vector<State> tasks_;  // by number
-  std::vector<DriveStatus> drives_;
 };
 
-// `jobs` tasks at the same time, which share the threads; a drive goes to its end before the next
-// begins, as far as its tasks leave programs free. Ends early if interrupted. A failing task ends
-// its drive and no other. Each task is a line on stderr, and the page (status.h) is written anew; if
-// it cannot be written, that is a warning at the end. program: egosieve. Returns how the drives are.
-std::vector<DriveStatus> RunDrives(const BatchPlan& plan, const std::string& program, int jobs) {
-  setenv("EGOSIEVE_THREADS", absl::StrCat(std::max(1, kernels::MaximumThreads() / jobs)).c_str(),
-         /*overwrite=*/1);  // for the tasks' programs
-  return DrivesRun(plan, program).Run(jobs);
+// How far a drive is: from the book and the run folder alone, at any time and on any machine that
+// sees them.
+struct DriveStatus {
+  std::string state = "not started";  // begun, failed, frames failed, done
+  int tasks = 0, tasks_done = 0;
+  int exit_code = 0;  // of the first task that failed, wholly or in some frames
+  int64_t frames = 0, frames_failed = 0;
+  double seconds = 0.0;  // of the tasks that were run last
+  std::string reason;    // the error's line, if one failed
+};
+
+// NotFound if there is no run yet.
+absl::Status CountFrames(const std::string& run, DriveStatus& status) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(run));
+  EGOSIEVE_RETURN_IF_ERROR(folder.ReadDescription().status());
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
+  status.frames = static_cast<int64_t>(lines.size());
+  status.frames_failed = std::count_if(lines.begin(), lines.end(), [](const FrameLine& line) {
+    return line.outcome == FrameLine::Outcome::kFailed;
+  });
+  return absl::OkStatus();
+}
+
+// What the table shows of a drive after its state: names of columns, and text.
+std::vector<std::pair<const char*, std::string>> Columns(const DriveStatus& drive) {
+  return {{"tasks", absl::StrCat(drive.tasks_done, " of ", drive.tasks)},
+          {"code", absl::StrCat(drive.exit_code)},
+          {"frames", absl::StrCat(drive.frames)},
+          {"failed", absl::StrCat(drive.frames_failed)},
+          {"time", DescribeDuration(drive.seconds)}};
+}
+
+DriveStatus StatusOf(const BatchPlan& plan, size_t drive) {
+  DriveStatus status;
+  const absl::Status run = CountFrames(plan.drives()[drive].out, status);
+  if (!absl::IsNotFound(run)) status.state = run.ok() ? "begun" : "failed";
+  if (status.state == "failed") status.reason = std::string(run.message());
+  for (size_t task = drive; task < plan.tasks().size(); task += plan.drives().size()) {
+    if (plan.tasks()[task].arguments.empty()) continue;
+    const std::optional<TaskRecord> record = plan.Record(task);
+    const bool is_done = plan.IsDone(task);
+    ++status.tasks;
+    status.tasks_done += is_done;
+    if (!record) continue;
+    status.seconds += record->seconds;
+    if (status.exit_code == 0 && record->exit_code != 0) {
+      status.exit_code = record->exit_code;
+      const std::string& name = plan.tasks()[task].stage;
+      status.reason = name == "segment" ? record->reason : absl::StrCat(name, ": ", record->reason);
+    }
+    if (!record->is_good() && !is_done) status.state = "failed";
+  }
+  if (status.tasks_done == status.tasks) {
+    status.state = status.exit_code != 0 || status.frames_failed > 0 ? "frames failed" : "done";
+  }
+  return status;
+}
+
+std::vector<DriveStatus> StatusOfAll(const BatchPlan& plan) {
+  std::vector<DriveStatus> drives;
+  for (size_t i = 0; i < plan.drives().size(); ++i) drives.push_back(StatusOf(plan, i));
+  return drives;
+}
+
+void TellStatus(const BatchPlan& plan, const std::vector<DriveStatus>& drives,
+                const ResultFlag& result) {
+  int width = 3;
+  for (const BatchDrive& entry : plan.drives()) {
+    width = std::max(width, static_cast<int>(entry.out.size()));
+  }
+  std::string table = absl::StrFormat("%-*s  %13s", width, "run", "state");
+  for (const auto& [name, text] : Columns({})) absl::StrAppendFormat(&table, "  %13s", name);
+  nlohmann::ordered_json told = nlohmann::ordered_json::array();
+  for (size_t i = 0; i < drives.size(); ++i) {
+    const DriveStatus& drive = drives[i];
+    absl::StrAppendFormat(&table, "\n%-*s  %13s", width, plan.drives()[i].out, drive.state);
+    for (const auto& [name, text] : Columns(drive)) absl::StrAppendFormat(&table, "  %13s", text);
+    absl::StrAppend(&table, drive.reason.empty() ? "" : "  ", drive.reason);
+    told.push_back({{"run", plan.drives()[i].out},
+                    {"state", drive.state},
+                    {"tasks", drive.tasks},
+                    {"tasks_done", drive.tasks_done},
+                    {"exit_code", drive.exit_code},
+                    {"frames", drive.frames},
+                    {"frames_failed", drive.frames_failed},
+                    {"seconds", drive.seconds},
+                    {"reason", drive.reason}});
+  }
+  result.Tell("batch", {{"drives", told}}, table + "\n");
 }
 
 using Json = nlohmann::ordered_json;
@@ -148,7 +221,7 @@ class BatchCommand : public Command {
   std::string name() const override { return "batch"; }
   std::string summary() const override {
     return "Segments many drives and runs further commands on them, here or as numbered tasks on "
-           "many machines; does what is missing, ends with a table and a page.";
+           "many machines; does what is missing, ends with a table.";
   }
   std::string example() const override {
     return "egosieve batch videos --out=out --jobs=2 --then=refine,masks,render,report\n"
@@ -177,11 +250,11 @@ class BatchCommand : public Command {
         ->check(Between(1, 256))
         ->type_name("NUMBER");
     app.add_option("--then", given_.then,
-                   absl::StrCat("What follows segment, by commas: ",
-                                absl::StrJoin(FollowingCommands(), ", "),
-                                "; default: refine,report; none: nothing. Masks go to "
-                                "OUT/NAME.masks. What has been done on the same run with the same "
-                                "flags is left"))
+                   absl::StrCat(
+                       "What follows segment, by commas: ", absl::StrJoin(kFollowingCommands, ", "),
+                       "; default: refine,report; none: nothing. Masks go to "
+                       "OUT/NAME.masks. What has been done on the same run with the same "
+                       "flags is left"))
         ->type_name("COMMANDS");
     app.add_option("--segment_flags", given_.segment_flags,
                    "Flags of segment for all drives, in quotes")
@@ -206,7 +279,7 @@ class BatchCommand : public Command {
         ->type_name("K");
     app.add_flag("--plan", plan_,
                  "Print the tasks with their numbers, write them to egosieve_jobs/, run nothing");
-    app.add_flag("--status", status_, "Print how far each drive is, write the page, run nothing");
+    app.add_flag("--status", status_, "Print how far each drive is, run nothing");
     app.add_option("--sbatch", sbatch_,
                    "Further options of sbatch, separated by spaces: '--time=300 --mem=4G'; a task "
                    "that reaches its time limit goes on from there")
@@ -221,9 +294,7 @@ class BatchCommand : public Command {
     if (plan_) return TellPlan(plan);
     if (engine_ == "slurm") return SubmitPlan(plan);
     if (!status_) return RunHere(plan);
-    const std::vector<DriveStatus> drives = StatusOfAll(plan);
-    TellStatus(plan, drives, result_);
-    Warn(WritePage(plan, drives).message());
+    TellStatus(plan, StatusOfAll(plan), result_);
     return ExitCode::kDone;
   }
 
@@ -263,9 +334,9 @@ class BatchCommand : public Command {
   }
 
   absl::StatusOr<ExitCode> RunHere(const BatchPlan& plan) const {
-    EGOSIEVE_RETURN_IF_ERROR(FindPage(plan).status());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
-    const std::vector<DriveStatus> drives = RunDrives(plan, program, jobs_);
+    DrivesRun(plan, program).Run(jobs_);
+    const std::vector<DriveStatus> drives = StatusOfAll(plan);
     TellStatus(plan, drives, result_);
     if (InterruptionRequested()) {
       return absl::CancelledError("interrupted; the same command goes on");

@@ -33,10 +33,9 @@ namespace fs = std::filesystem;
 constexpr char kSegment[] = "segment";
 
 absl::Status CheckFollowing(const std::string& word) {
-  const std::vector<std::string>& all = FollowingCommands();
-  if (std::find(all.begin(), all.end(), word) != all.end()) return absl::OkStatus();
+  if (std::ranges::count(kFollowingCommands, word) > 0) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat("'", word, "' is none of ", absl::StrJoin(all, ", ")));
+      absl::StrCat("'", word, "' is none of ", absl::StrJoin(kFollowingCommands, ", ")));
 }
 
 // "--stride" of "--stride=2"; "set=NAME" is a name, too.
@@ -155,16 +154,16 @@ std::string InputOf(const fs::path& path) {
   return "";
 }
 
-std::vector<fs::path> PathsIn(const fs::path& folder) {
+// What the folder holds, or the pattern matches; the input itself if nothing does.
+std::vector<fs::path> PathsOf(const std::string& input) {
   std::error_code error;
-  const fs::directory_iterator children(folder, error);
-  return {begin(children), end(children)};
-}
-
-std::vector<fs::path> Matches(const std::string& pattern) {
+  if (fs::is_directory(input, error)) {
+    const fs::directory_iterator children(input, error);
+    return {begin(children), end(children)};
+  }
   glob_t found = {};
   std::vector<fs::path> matches;
-  if (glob(pattern.c_str(), GLOB_NOSORT, nullptr, &found) == 0) {
+  if (glob(input.c_str(), GLOB_NOSORT | GLOB_NOCHECK, nullptr, &found) == 0) {
     matches.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
   }
   globfree(&found);
@@ -174,10 +173,8 @@ std::vector<fs::path> Matches(const std::string& pattern) {
 // The drives in a folder or of a glob, in natural order.
 absl::StatusOr<std::vector<fs::path>> FindDrives(const std::string& input) {
   std::error_code error;
-  std::vector<fs::path> paths = fs::is_directory(input, error) ? PathsIn(input)
-                                : fs::exists(input, error)     ? std::vector<fs::path>{input}
-                                                               : Matches(input);
-  if (paths.empty() && !fs::exists(input, error)) {
+  std::vector<fs::path> paths = PathsOf(input);
+  if (!fs::exists(input, error) && (paths.empty() || !fs::exists(paths.front(), error))) {
     return absl::NotFoundError(
         absl::StrCat("there is no ", input, ", and no file matches it; quote a pattern"));
   }
@@ -232,12 +229,6 @@ absl::StatusOr<std::vector<BatchDrive>> DrivesOfManifest(const std::string& path
 }
 
 }  // namespace
-
-const std::vector<std::string>& FollowingCommands() {
-  static const auto& commands =
-      *new std::vector<std::string>{"refine", "masks", "render", "report"};
-  return commands;
-}
 
 bool IsManifest(const std::string& input) {
   std::error_code error;

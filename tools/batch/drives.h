@@ -51,7 +51,7 @@ struct BatchSettings {
 };
 
 // The commands that may follow segment.
-const std::vector<std::string>& FollowingCommands();
+inline constexpr const char* kFollowingCommands[] = {"refine", "masks", "render", "report"};
 
 // Whether the input is a manifest, by its name or as a file that is no video.
 bool IsManifest(const std::string& input);

@@ -29,14 +29,6 @@ std::string Dump(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-// When the run ended with all its frames; empty if it has not.
-std::string FinishedUtc(const std::string& out) {
-  const absl::StatusOr<RunFolder> folder = RunFolder::Open(out);
-  if (!folder.ok()) return "";
-  const absl::StatusOr<RunDescription> description = folder->ReadDescription();
-  return description.ok() && description->ended == "done" ? description->finished_utc : "";
-}
-
 bool IsSegment(const BatchTask& task) {
   return !task.arguments.empty() && task.arguments.front() == "segment";
 }
@@ -47,7 +39,7 @@ bool HasProduct(const BatchTask& task) {
   std::vector<fs::path> any;
   if (task.stage == "masks") any = {MasksPath(task.folder)};
   if (task.stage == "refine") any = {out / "reconstruct.json"};
-  if (task.stage == "render") any = {out / "overlay.mp4", out / "overlay.avi", out / "render"};
+  if (task.stage == "render") any = {out / "overlay.mp4", out / "render"};
   if (task.stage == "report") any = {out / "report.html"};
   std::error_code error;
   return any.empty() || std::any_of(any.begin(), any.end(),
@@ -252,7 +244,7 @@ absl::StatusOr<int> BatchPlan::Run(size_t task, const std::string& program, bool
   fs::remove(record, error);
   if (error) return absl::UnavailableError(absl::StrCat("cannot remove ", record));
   const auto start = std::chrono::steady_clock::now();
-  const absl::StatusOr<int> code = RunChild({words, {}, log}, stop_requested);
+  const absl::StatusOr<int> code = RunChild(words, log, stop_requested);
   constexpr int kInterrupted = static_cast<int>(ExitCode::kInterrupted);
   // 143: the signal came before the program could catch it.
   if (code.ok() && (*code == kInterrupted || (*code == 143 && stop_requested()))) {

@@ -65,7 +65,7 @@ std::string Ranges(const std::vector<size_t>& numbers) {
 absl::StatusOr<std::string> Call(std::vector<std::string> words, const std::string& folder) {
   const std::string log_path = folder + "/slurm.log", name = words.front();
   words.insert(words.begin(), "/usr/bin/env");
-  EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild({words, {}, log_path}, [] { return false; }));
+  EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild(words, log_path, [] { return false; }));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string said, ReadFile(log_path));
   const std::string text = std::string(absl::StripAsciiWhitespace(said));
   if (code == 0) return text;
@@ -87,44 +87,25 @@ absl::StatusOr<std::vector<std::string>> QueuedJobs(const std::string& folder) {
   return jobs;
 }
 
-// Cancels the folder's jobs after `cause`, which is returned with what could not be cancelled.
-absl::Status CancelJobs(const std::string& folder, const absl::Status& cause) {
-  const absl::StatusOr<std::vector<std::string>> jobs = QueuedJobs(folder);
-  absl::Status cancelled = jobs.status();
-  if (jobs.ok() && !jobs->empty()) {
-    std::vector<std::string> words = {"scancel"};
-    words.insert(words.end(), jobs->begin(), jobs->end());
-    cancelled = Call(std::move(words), folder).status();
-  }
-  if (cancelled.ok()) return cause;
-  return absl::Status(cause.code(),
-                      absl::StrCat(cause.message(), "; jobs whose names end in ", JobSuffix(folder),
-                                   " may be left, cancel them: ", cancelled.message()));
-}
-
 // Submits the array of a stage for these drives, which share one array.
 absl::StatusOr<std::string> Submit(const BatchPlan& plan, size_t stage,
                                    const std::vector<size_t>& drives,
                                    const std::vector<std::string>& job_of_stage,
                                    const SlurmOptions& options) {
-  if (InterruptionRequested()) {
-    return absl::CancelledError("interrupted; the jobs submitted before are cancelled");
-  }
+  if (InterruptionRequested()) return absl::CancelledError("interrupted");
   const size_t first = drives.front() - drives.front() % options.largest_array;
   std::vector<size_t> elements;
   for (const size_t drive : drives) elements.push_back(drive - first);
   const std::string& name = plan.tasks()[plan.Number(stage, 0)].stage;
-  std::vector<std::string> words = {
-      "sbatch",
-      "--parsable",
-      absl::StrCat("--job-name=egosieve-", name, JobSuffix(options.folder)),
-      "--array=" + Ranges(elements),
-      "--requeue",
-      "--open-mode=append",
-      "--signal=B:USR1@60",
-      absl::StrCat("--output=", absl::StrReplaceAll(options.folder, {{"%", "%%"}}), "/", name,
-                   first > 0 ? absl::StrCat("_from_", first) : "", ".%a.log")};
+  // Of an option that is given twice sbatch takes the last: what the batch rests on goes last.
+  std::vector<std::string> words = {"sbatch", "--parsable", "--requeue", "--open-mode=append",
+                                    "--signal=B:USR1@60"};
   words.insert(words.end(), options.sbatch.begin(), options.sbatch.end());
+  words.insert(words.end(),
+               {absl::StrCat("--job-name=egosieve-", name, JobSuffix(options.folder)),
+                "--array=" + Ranges(elements),
+                absl::StrCat("--output=", absl::StrReplaceAll(options.folder, {{"%", "%%"}}), "/",
+                             name, first > 0 ? absl::StrCat("_from_", first) : "", ".%a.log")});
   std::vector<std::string> needs;
   for (const size_t needed : plan.tasks()[plan.Number(stage, 0)].needs) {
     needs.push_back(job_of_stage[needed / plan.drives().size()]);
@@ -147,42 +128,18 @@ absl::StatusOr<std::string> Submit(const BatchPlan& plan, size_t stage,
 
 }  // namespace
 
-absl::Status SlurmOptions::Validate() const {
-  if (absl::StrContains(folder, '\\')) {
-    return absl::InvalidArgumentError(absl::StrCat("Slurm cannot write logs into ", folder,
-                                                   ", for the backslash; name another folder"));
-  }
-  for (const std::string& option : sbatch) {
-    if (!absl::StartsWith(option, "-")) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("--sbatch: '", option, "' is no option; give, say, --partition=long"));
-    }
-    for (const char* own : {"--job-name", "-J", "--array", "-a", "--output", "-o"}) {
-      if (absl::StartsWith(option, own)) {
-        return absl::InvalidArgumentError(
-            absl::StrCat("--sbatch: ", own, " is the batch's own; leave it out"));
-      }
-    }
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckNothingIsQueued(const std::string& folder) {
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder));
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> jobs, QueuedJobs(folder));
-  if (jobs.empty()) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      absl::StrCat("jobs of an earlier submission are queued or running; wait for them, or end "
-                   "them: scancel ",
-                   absl::StrJoin(jobs, " ")));
-}
-
 absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
                                                       const std::vector<size_t>& drives,
                                                       const SlurmOptions& options) {
   if (drives.empty()) return std::vector<SlurmArray>();
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(CheckNothingIsQueued(options.folder));
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options.folder));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> queued, QueuedJobs(options.folder));
+  if (!queued.empty()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("jobs of an earlier submission are queued or running; wait for them, or end "
+                     "them: scancel ",
+                     absl::StrJoin(queued, " ")));
+  }
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(options.folder + "/task.sh", kTaskScript));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(options.folder + "/submitted.json", plan.ToText()));
   std::map<size_t, std::vector<size_t>> blocks;  // of drives that share arrays, by number
@@ -192,8 +149,12 @@ absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
     std::vector<std::string> job_of_stage;
     for (size_t stage = 0; stage < plan.stages(); ++stage) {
       const absl::StatusOr<std::string> job = Submit(plan, stage, members, job_of_stage, options);
-      // sbatch may fail after it has submitted.
-      if (!job.ok()) return CancelJobs(options.folder, job.status());
+      if (!job.ok()) {
+        return absl::Status(job.status().code(),
+                            absl::StrCat(job.status().message(),
+                                         "; jobs that were submitted before go on, and the same "
+                                         "command submits the rest once they are over"));
+      }
       job_of_stage.push_back(*job);
       arrays.push_back({stage, static_cast<int64_t>(members.size()), *job});
     }

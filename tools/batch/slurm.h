@@ -16,7 +16,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "tools/batch/plan.h"
 
@@ -27,8 +26,6 @@ struct SlurmOptions {
   std::string folder;               // for scripts and logs, visible on every node
   std::vector<std::string> sbatch;  // further options of sbatch
   size_t largest_array = 1000;      // elements; Slurm's default allows 1001
-
-  absl::Status Validate() const;
 };
 
 struct SlurmArray {
@@ -37,13 +34,9 @@ struct SlurmArray {
   std::string job;  // Slurm's number
 };
 
-// FailedPrecondition if an earlier submission of the same folder is still queued or running;
-// Unavailable if Slurm does not tell.
-absl::Status CheckNothingIsQueued(const std::string& folder);
-
-// The same errors. Submits these drives' tasks; `drives` is increasing. If Slurm refuses a job:
-// Unavailable with the message of sbatch; if interrupted: Cancelled. The jobs accepted before are
-// cancelled then.
+// Submits these drives' tasks; `drives` is increasing. FailedPrecondition if an earlier submission
+// of the same folder is still queued or running; Unavailable if Slurm does not tell, or refuses a
+// job; Cancelled. The jobs accepted before go on.
 absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
                                                       const std::vector<size_t>& drives,
                                                       const SlurmOptions& options);

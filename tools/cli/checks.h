@@ -1,4 +1,4 @@
-// Checks of the values of flags. Their errors say which values are allowed.
+// Flags as this program has them, and checks of their values, whose errors say which are allowed.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -85,6 +85,16 @@ CLI::Option* AddWords(CLI::App& app, const std::string& flag, Value& target,
       ->check(OneOf(names))
       ->default_str(initial)
       ->type_name(absl::StrJoin(names, "|"));
+}
+
+// A flag with a second name that turns it off, --video and --no_video. --print_config, --help and
+// the manual tell its default, which CLI11 does not do by itself.
+// on, off: the names with their dashes. value: the default before, the wish after the parsing.
+inline CLI::Option* AddSwitch(CLI::App& app, const std::string& on, const std::string& off,
+                              bool& value, const std::string& description) {
+  return app.add_flag(absl::StrCat(on, ",!", off), value, description)
+      ->default_str(value ? "true" : "false")
+      ->option_text(value ? "(default: on)" : "(default: off)");
 }
 
 }  // namespace egosieve::tools

@@ -21,16 +21,6 @@ namespace {
 
 constexpr auto kPoll = std::chrono::milliseconds(20);
 
-std::vector<std::string> Environment(const std::map<std::string, std::string>& additions) {
-  std::vector<std::string> entries;
-  for (char** entry = environ; *entry != nullptr; ++entry) {
-    const std::string text = *entry;
-    if (additions.count(text.substr(0, text.find('='))) == 0) entries.push_back(text);
-  }
-  for (const auto& [name, value] : additions) entries.push_back(absl::StrCat(name, "=", value));
-  return entries;
-}
-
 std::vector<char*> Pointers(std::vector<std::string>& texts) {
   std::vector<char*> pointers;
   for (std::string& text : texts) pointers.push_back(text.data());
@@ -41,8 +31,7 @@ std::vector<char*> Pointers(std::vector<std::string>& texts) {
 // The process of the command, or -1 with the reason in `failure`. vfork, since the parent has many
 // threads and handlers of fork, such as OpenBLAS's. So the child shares the parent's memory until it
 // executes, and calls only the system.
-pid_t Start(char* const* arguments, char* const* environment, const char* log_path,
-            volatile int& failure) {
+pid_t Start(char* const* arguments, const char* log_path, volatile int& failure) {
   const pid_t parent = getpid();
   const int error_descriptor = StderrDescriptor();
   failure = 0;
@@ -58,7 +47,7 @@ pid_t Start(char* const* arguments, char* const* environment, const char* log_pa
     if (output >= 0) dup2(output, STDOUT_FILENO);
   }
   if (output >= 0 && dup2(output, STDERR_FILENO) >= 0) {
-    execve(arguments[0], arguments, environment);
+    execv(arguments[0], arguments);
   }
   failure = errno;
   _exit(1);
@@ -66,19 +55,16 @@ pid_t Start(char* const* arguments, char* const* environment, const char* log_pa
 
 }  // namespace
 
-absl::StatusOr<int> RunChild(const ChildCommand& command,
+absl::StatusOr<int> RunChild(std::vector<std::string> arguments, const std::string& log_path,
                              const std::function<bool()>& stop_requested) {
-  std::vector<std::string> arguments = command.arguments;
-  std::vector<std::string> environment = Environment(command.environment);
   volatile int failure = 0;
-  const pid_t process = Start(Pointers(arguments).data(), Pointers(environment).data(),
-                              command.log_path.c_str(), failure);
+  const pid_t process = Start(Pointers(arguments).data(), log_path.c_str(), failure);
   if (failure != 0) {
     if (process > 0) waitpid(process, nullptr, 0);
-    return absl::UnavailableError(absl::StrCat(
-        "cannot start ", arguments[0],
-        command.log_path.empty() ? "" : absl::StrCat(" with its log in ", command.log_path), ": ",
-        std::strerror(failure)));
+    return absl::UnavailableError(
+        absl::StrCat("cannot start ", arguments[0],
+                     log_path.empty() ? "" : absl::StrCat(" with its log in ", log_path), ": ",
+                     std::strerror(failure)));
   }
   bool stopping = false;
   while (true) {

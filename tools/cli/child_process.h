@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -10,17 +9,12 @@
 
 namespace egosieve::tools {
 
-struct ChildCommand {
-  std::vector<std::string> arguments;              // the program's path first
-  std::map<std::string, std::string> environment;  // added to this process's own
-  std::string log_path;                            // both its outputs; empty: this process's
-};
-
-// The exit code, or 128 + the signal that ended the process. While it runs, `stop_requested` is
-// asked several times per second; once it is true, the child gets SIGTERM and is waited for. It gets
-// SIGTERM, too, if this process or the calling thread ends before it.
+// arguments: the program's path first. log_path: for both its outputs; empty: this process's.
+// Returns the exit code, or 128 + the signal that ended the process. While it runs, `stop_requested`
+// is asked several times per second; once it is true, the child gets SIGTERM and is waited for. It
+// gets SIGTERM, too, if this process or the calling thread ends before it.
 // Errors: Unavailable if it cannot be started, with the system's reason.
-absl::StatusOr<int> RunChild(const ChildCommand& command,
+absl::StatusOr<int> RunChild(std::vector<std::string> arguments, const std::string& log_path,
                              const std::function<bool()>& stop_requested);
 
 // The path of the running program.

@@ -47,7 +47,7 @@ class Command {
   virtual absl::StatusOr<ExitCode> Run() = 0;
 };
 
-// Each in tools/NAME/NAME_command.cc.
+// Each in tools/NAME.
 std::unique_ptr<Command> MakeBatchCommand();
 std::unique_ptr<Command> MakeDevicesCommand();
 std::unique_ptr<Command> MakeMasksCommand();

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <istream>
 #include <iterator>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -57,42 +56,6 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const 
   return items;
 }
 
-size_t EditDistance(const std::string& a, const std::string& b) {
-  std::vector<size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), size_t{0});
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = std::exchange(row[0], i);
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t substituted = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
-    }
-  }
-  return row.back();
-}
-
-std::string DidYouMean(const std::string& word, const std::vector<std::string>& candidates) {
-  const std::string nearest = NearestName(word, candidates);
-  return nearest.empty() ? "" : absl::StrCat("did you mean ", nearest, "? ");
-}
-
-std::vector<std::string> LongFlags(const CLI::App& app) {
-  std::vector<std::string> flags;
-  for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& name : option->get_lnames()) {
-      flags.push_back("--" + name);
-    }
-  }
-  return flags;
-}
-
-// `name`, without dashes, of a flag or key that is unknown; "" unless it is a research setting.
-std::string DescribeResearch(const CLI::App& app, const std::string& name) {
-  if (app.get_option_no_throw(kResearchFlag + name) == nullptr) return "";
-  return absl::StrCat(" is a research setting now: ", kSetFlag, " ", name,
-                      "=VALUE, or in the table [", kResearchTable, "] of --config; ");
-}
-
 // Names of flags with underscores, and a research setting as the flag that it is to CLI11.
 void Unify(const CLI::App& app, std::vector<std::string>& arguments) {
   const bool has_settings = app.get_option_no_throw(kSetFlag) != nullptr;
@@ -115,11 +78,7 @@ void Unify(const CLI::App& app, std::vector<std::string>& arguments) {
 std::string DescribeUnknownFlag(const CLI::App& app) {
   for (const std::string& argument : app.remaining()) {
     if (absl::StartsWith(argument, "-")) {
-      const std::string flag(absl::StripAsciiWhitespace(argument.substr(0, argument.find('='))));
-      const std::string research =
-          DescribeResearch(app, std::string(absl::StripPrefix(flag, "--")));
-      if (!research.empty()) return flag + research;
-      return absl::StrCat("unknown flag ", flag, "; ", DidYouMean(flag, LongFlags(app)));
+      return absl::StrCat("unknown flag ", argument.substr(0, argument.find('=')), "; ");
     }
   }
   return "";
@@ -143,41 +102,18 @@ std::string FlagWithoutValue(const CLI::App& app, const std::vector<std::string>
   return "";
 }
 
-// CLI11's messages in the wording of this program.
+// CLI11's messages; in other words where they name what the user did not write.
 std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error) {
-  const std::string message = error.what();
+  const bool is_extra = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
   // A missing flag may be misspelt: report the unknown flag rather than the missing one.
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr ||
-      dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+  if (is_extra || dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
     if (std::string unknown = DescribeUnknownFlag(app); !unknown.empty()) return unknown;
   }
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
-    return absl::StrCat("unexpected argument '", app.remaining().front(), "'; ");
-  }
+  if (is_extra) return absl::StrCat("unexpected argument '", app.remaining().front(), "'; ");
+  const absl::string_view message = error.what();
   if (dynamic_cast<const CLI::ConfigError*>(&error) != nullptr) {
-    const std::string key(absl::StripPrefix(message, "INI was not able to parse "));
-    const std::string research = DescribeResearch(app, key);
-    if (!research.empty()) return absl::StrCat("'", key, "' in the file of --config", research);
-    return absl::StrCat("unknown key '", key, "' in the file of --config; ",
-                        DidYouMean("--" + key, LongFlags(app)));
-  }
-  if (dynamic_cast<const CLI::FileError*>(&error) != nullptr) {
-    if (absl::StartsWith(message, "the file of --config")) return absl::StrCat(message, "; ");
-    return absl::StrCat("cannot read ", message.substr(0, message.find(" was not readable")),
-                        ", the file of --config; ");
-  }
-  if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr ||
-      dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
-    return absl::StrCat(message, "; ");
-  }
-  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
-    return absl::StrCat(message.substr(0, message.find(':')), " takes one value; give it once; ");
-  }
-  const absl::string_view kConversion = "Could not convert: ";
-  if (absl::StartsWith(message, kConversion)) {
-    const std::vector<std::string> parts =
-        absl::StrSplit(absl::StripPrefix(message, kConversion), absl::MaxSplits(" = ", 1));
-    return absl::StrCat(parts.front(), ": cannot read '", parts.back(), "' as its value; ");
+    return absl::StrCat("unknown key '", absl::StripPrefix(message, "INI was not able to parse "),
+                        "' in the file of --config; ");
   }
   return absl::StrCat(message, "; ");
 }
@@ -248,18 +184,6 @@ void AddAllFlags(Command& command, CLI::App& app, bool& print_config) {
 
 }  // namespace
 
-std::string NearestName(const std::string& word, const std::vector<std::string>& candidates) {
-  std::string nearest;
-  size_t least = word.size() / 3 + 1;
-  for (const std::string& candidate : candidates) {
-    if (const size_t distance = EditDistance(word, candidate); distance < least) {
-      least = distance;
-      nearest = candidate;
-    }
-  }
-  return nearest;
-}
-
 CommandLine::CommandLine(std::string program, std::string description, std::string version,
                          std::string build)
     : program_(std::move(program)),
@@ -282,7 +206,7 @@ std::string CommandLine::Help() const {
                   " COMMAND --help lists a command's flags, with an example.\n", program_,
                   " --man prints the manual page, ", program_,
                   " completion bash what bash sources for completion.\n\nExit codes:\n");
-  for (const auto& [code, text] : ExitCodeTexts()) {
+  for (const auto& [code, text] : kExitCodeTexts) {
     absl::StrAppendFormat(&help, "  %-3d  %s\n", code, text);
   }
   return help;
@@ -348,16 +272,14 @@ int CommandLine::Dispatch(std::vector<std::string> arguments, std::ostream& out,
     return static_cast<int>(ExitCode::kDone);
   }
   arguments.erase(arguments.begin());
-  std::vector<std::string> names;
   for (const auto& command : commands_) {
     if (command->name() == first) {
       return RunCommand(*command, absl::StrCat(program_, " ", first), std::move(arguments), out,
                         err);
     }
-    names.push_back(command->name());
   }
   err << ErrorLine(absl::StrCat(absl::StartsWith(first, "-") ? "unknown flag " : "unknown command ",
-                                first, "; ", DidYouMean(first, names), "see ", program_, " --help"))
+                                first, "; see ", program_, " --help"))
       << "\n";
   return static_cast<int>(ExitCode::kUsage);
 }

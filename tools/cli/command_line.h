@@ -45,8 +45,4 @@ class CommandLine {
   std::vector<std::unique_ptr<Command>> commands_;
 };
 
-// The candidate nearest to `word` by edit distance, or "" if none is near enough to be a typing
-// error.
-std::string NearestName(const std::string& word, const std::vector<std::string>& candidates);
-
 }  // namespace egosieve::tools

@@ -99,17 +99,6 @@ std::string FlagNames(const CLI::App& app) {
 
 }  // namespace
 
-const std::vector<std::pair<int, std::string>>& ExitCodeTexts() {
-  static const auto& texts = *new std::vector<std::pair<int, std::string>>{
-      {0, "done"},
-      {1, "the device, the disk or memory failed"},
-      {2, "usage"},
-      {3, "the input cannot be read"},
-      {4, "finished with some frames failed, or learnt from fewer than half of them"},
-      {130, "interrupted"}};
-  return texts;
-}
-
 std::string ManualPage(const ManualProgram& program) {
   std::string page = absl::StrFormat(
       ".TH %s 1 \"\" \"%s %s\" \"User Commands\"\n.ad l\n.nh\n.SH NAME\n%s \\- %s\n.SH "
@@ -121,7 +110,7 @@ std::string ManualPage(const ManualProgram& program) {
     absl::StrAppend(&page, CommandSection(program.name, command));
   }
   absl::StrAppend(&page, ".SH EXIT STATUS\n");
-  for (const auto& [code, text] : ExitCodeTexts()) {
+  for (const auto& [code, text] : kExitCodeTexts) {
     absl::StrAppend(&page, ".TP\n.B ", code, "\n", Escaped(text), "\n");
   }
   return page;

@@ -27,7 +27,13 @@ struct ManualProgram {
 };
 
 // The exit codes (exit_code.h), one per line: "0    done".
-const std::vector<std::pair<int, std::string>>& ExitCodeTexts();
+inline constexpr std::pair<int, const char*> kExitCodeTexts[] = {
+    {0, "done"},
+    {1, "the device, the disk or memory failed"},
+    {2, "usage"},
+    {3, "the input cannot be read"},
+    {4, "finished with some frames failed, or learnt from fewer than half of them"},
+    {130, "interrupted"}};
 
 // The manual page in troff's man macros: man 7.
 std::string ManualPage(const ManualProgram& program);

@@ -66,19 +66,10 @@ absl::Status AddNode(const toml::node& node, const std::vector<std::string>& pat
     entries.push_back(std::move(placed));
     return absl::OkStatus();
   }
-  const bool of_tables = !array->empty() && array->front().is_table();
-  std::vector<std::string> below = path;
-  below.emplace_back();
-  for (size_t i = 0; i < array->size(); ++i) {
-    const toml::node& element = *array->get(i);
-    if (of_tables && element.is_table()) {
-      below.back() = absl::StrCat(i);
-      EGOSIEVE_RETURN_IF_ERROR(AddTable(*element.as_table(), below, entries));
-    } else if (of_tables || !AddValue(element, placed.entry)) {
-      return Refused(element, path.back());
-    }
+  for (const toml::node& element : *array) {
+    if (!AddValue(element, placed.entry)) return Refused(element, path.back());
   }
-  if (!of_tables) entries.push_back(std::move(placed));
+  entries.push_back(std::move(placed));
   return absl::OkStatus();
 }
 

@@ -10,16 +10,14 @@
 namespace egosieve::tools {
 
 struct TomlEntry {
-  // The names of the entry's tables, then its own. A table of an array is named by its index from
-  // 0: b in the second table [[a]] is "a", "1", "b".
-  std::vector<std::string> path;
+  std::vector<std::string> path;    // the names of the entry's tables, then its own
   std::vector<std::string> values;  // as text; one, except in arrays
   bool is_array = false;
   int line = 0;
 };
 
-// InvalidArgument, naming the line, for text that is not TOML, and for dates and nested arrays,
-// which no flag accepts.
+// InvalidArgument, naming the line, for text that is not TOML, and for dates and arrays of arrays or
+// tables, which no flag accepts.
 absl::StatusOr<std::vector<TomlEntry>> ReadTomlEntries(absl::string_view text);
 
 }  // namespace egosieve::tools

@@ -62,10 +62,25 @@ absl::Status CheckFolder(const std::string& flag, const std::string& path,
   return absl::OkStatus();
 }
 
+// Exists in --out from the beginning of an export to its end, with its settings: the same command
+// may write there again.
+std::string MarkPath(const MaskExportOptions& options) { return options.out + "/.egosieve_masks"; }
+
+std::string Settings(const MaskExportOptions& options, const RunDescription::Input& input) {
+  const FrameMaskOptions& mask = options.mask;
+  return absl::StrFormat(
+      "format=%d threshold=%g dilate=%d shadow=%d own_vehicle=%d invert=%d also=%s video=%s "
+      "frames=%s input=%s",
+      static_cast<int>(options.format), mask.threshold.value_or(-1.0), mask.dilate_pixels,
+      mask.shadow_margin_pixels, mask.own_vehicle ? 1 : 0, options.invert ? 1 : 0, options.also,
+      options.video, options.frames, input.fingerprint);
+}
+
 // Checks --out, --frames and the run folder against the input.
 absl::Status CheckFolders(const DriveInput& input, const std::string& run,
                           const MaskExportOptions& options) {
-  const bool may_hold = options.overwrite || UnfinishedExport::IsIn(options, input.description);
+  const bool may_hold = options.overwrite || ReadFile(MarkPath(options)).value_or("") ==
+                                                 Settings(options, input.description);
   const std::set<std::string> folders = PictureFolders(input);
   std::set<std::string> sources = folders;
   sources.insert(run);
@@ -207,18 +222,6 @@ absl::Status MaskExport::CheckNumbers(
   return absl::OkStatus();
 }
 
-bool MaskExport::IsWritten(int64_t index) const {
-  // These are of all frames, or depend on files that may have changed.
-  const bool needs_all = !options_.also.empty() || options_.format == MaskFormat::kCoco ||
-                         options_.format == MaskFormat::kMots;
-  if (needs_all || !unfinished_->continues()) return false;
-  const std::vector<std::string> targets = Targets(index);
-  return std::all_of(targets.begin(), targets.end(), [](const std::string& target) {
-    std::error_code error;
-    return fs::is_regular_file(target, error);
-  });
-}
-
 absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
                              const std::function<bool()>& after_frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(options_.mask.ignored, folder.ReadIgnoredArea());
@@ -227,19 +230,15 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options_.out));
   target_folders_.insert(options_.out);
   for (const std::string& target : target_folders_) kernels::RemoveAbandonedTemporaries(target);
-  EGOSIEVE_ASSIGN_OR_RETURN(unfinished_,
-                            UnfinishedExport::Begin(options_, input_.description, folder));
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteFileAtomically(MarkPath(options_), Settings(options_, input_.description)));
   std::set<std::string> named;
   for (const auto& [index, line] : chosen) {
     named.insert(ImageName(index));
-    if (IsWritten(index)) {
-      ++written_;
-    } else {
-      EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line, index));
-    }
+    EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line, index));
     if (!after_frame()) {
       return absl::CancelledError(absl::StrCat("interrupted; ", images(), " masks are in ",
-                                               options_.out, "; the same command goes on"));
+                                               options_.out, "; the same command makes all"));
     }
   }
   EGOSIEVE_RETURN_IF_ERROR(writer_.Finish());
@@ -256,7 +255,11 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
                                      " pictures have no mask: the run does not hold them, or they "
                                      "could not be read"));
   }
-  return unfinished_->End();
+  std::error_code error;
+  fs::remove(MarkPath(options_), error);
+  if (!error) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat("cannot remove ", MarkPath(options_), ": ",
+                                             error.message(), "; remove it yourself"));
 }
 
 absl::Status MaskExport::FindPictures(vision::FrameSource& video,

@@ -19,7 +19,6 @@
 #include "tools/cli/warning.h"
 #include "tools/masks/mask_export.h"
 #include "tools/masks/masks_flags.h"
-#include "tools/refine/refine_flags.h"
 #include "tools/refine/refine_run.h"
 #include "tools/run_folder/chosen_lines.h"
 

@@ -52,13 +52,6 @@ void MasksFlags::AddFlags(CLI::App& app) {
       ->type_name("PATH");
   app.add_flag("--invert", options.invert,
                "Exchange what is masked and what is not; not for davis, coco and mots");
-  AddFileFlags(app);
-  AddRunFlags(app);
-  progress.AddFlag(app);
-  result.AddFlag(app);
-}
-
-void MasksFlags::AddFileFlags(CLI::App& app) {
   app.add_option("--frames", options.frames,
                  "Write the pictures, too, under the names that the masks go by; those of a "
                  "video are 000000.png and so on")
@@ -72,11 +65,8 @@ void MasksFlags::AddFileFlags(CLI::App& app) {
       ->type_name("FILE");
   app.add_flag(
       "--overwrite", options.overwrite,
-      "Replace files of the same names in --out and --frames; others stay. Not needed to go "
-      "on with what was interrupted");
-}
-
-void MasksFlags::AddRunFlags(CLI::App& app) {
+      "Replace files of the same names in --out and --frames; others stay. Not needed where the "
+      "same call was interrupted");
   app.add_option("--run", run,
                  "The run folder for an input that is segmented, kept for the next call; "
                  "default: OUT.run")
@@ -100,6 +90,8 @@ void MasksFlags::AddRunFlags(CLI::App& app) {
   pass("--max_frames", "FRAMES", "Frames to segment at most", passed);
   pass("--device", "DEVICE", "As for segment: see egosieve devices", passed_to_both);
   pass("--threads", "NUMBER", "Threads, on the host and on a CPU as device", passed_to_both);
+  progress.AddFlag(app);
+  result.AddFlag(app);
 }
 
 absl::Status MasksFlags::Resolve() {

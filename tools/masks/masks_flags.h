@@ -35,10 +35,6 @@ struct MasksFlags {
   absl::Status Resolve();
   // InvalidArgument for flags that do not belong to an input that is a run folder.
   absl::Status CheckForRun() const;
-
- private:
-  void AddFileFlags(CLI::App& app);
-  void AddRunFlags(CLI::App& app);
 };
 
 }  // namespace egosieve::tools

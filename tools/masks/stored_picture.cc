@@ -8,34 +8,19 @@
 namespace egosieve::tools {
 namespace {
 
-cv::Mat Turn(const cv::Mat& stored, int orientation) {
-  cv::Mat turned;
-  switch (orientation) {
-    case 2:
-      cv::flip(stored, turned, 1);
-      return turned;
-    case 3:
-      cv::rotate(stored, turned, cv::ROTATE_180);
-      return turned;
-    case 4:
-      cv::flip(stored, turned, 0);
-      return turned;
-    case 5:
-      cv::transpose(stored, turned);
-      return turned;
-    case 6:
-      cv::rotate(stored, turned, cv::ROTATE_90_CLOCKWISE);
-      return turned;
-    case 7:
-      cv::transpose(stored, turned);
-      cv::rotate(turned, turned, cv::ROTATE_180);
-      return turned;
-    case 8:
-      cv::rotate(stored, turned, cv::ROTATE_90_COUNTERCLOCKWISE);
-      return turned;
-    default:
-      return stored;
-  }
+// EXIF's orientations 5 to 8 are 1 to 4 behind a transposition.
+constexpr int kNoFlip = 2;
+constexpr int kFlips[] = {kNoFlip, 1, -1, 0};  // as cv::flip names them
+
+cv::Mat Flipped(const cv::Mat& image, int orientation) {
+  cv::Mat flipped = image;
+  const int flip = kFlips[(orientation - 1) % 4];
+  if (flip != kNoFlip) cv::flip(image, flipped, flip);
+  return flipped;
+}
+
+cv::Mat Transposed(const cv::Mat& image, int orientation) {
+  return orientation > 4 ? cv::Mat(image.t()) : image;
 }
 
 }  // namespace
@@ -47,7 +32,7 @@ absl::StatusOr<StoredPicture> ReadStoredPicture(const std::string& path) {
   EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat upright, ReadImage(path, cv::IMREAD_COLOR));
   // OpenCV does not report the orientation by which it turned a picture.
   for (int orientation = 1; orientation <= 8; ++orientation) {
-    const cv::Mat turned = Turn(picture.pixels, orientation);
+    const cv::Mat turned = Flipped(Transposed(picture.pixels, orientation), orientation);
     if (turned.size() == upright.size() && cv::norm(turned, upright, cv::NORM_INF) == 0.0) {
       picture.orientation = orientation;
       return picture;
@@ -57,9 +42,7 @@ absl::StatusOr<StoredPicture> ReadStoredPicture(const std::string& path) {
 }
 
 cv::Mat TurnBack(const cv::Mat& upright, int orientation) {
-  if (orientation == 6) return Turn(upright, 8);
-  if (orientation == 8) return Turn(upright, 6);
-  return Turn(upright, orientation);  // the other orientations are their own inverses
+  return Transposed(Flipped(upright, orientation), orientation);
 }
 
 }  // namespace egosieve::tools

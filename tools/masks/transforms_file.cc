@@ -101,9 +101,7 @@ absl::StatusOr<int> TransformsFile::Write(const std::string& folder,
       value = (there / path).lexically_normal().lexically_relative(here).string();
   };
   Json copy = json_;
-  for (const char* key : {"ply_file_path"}) {
-    if (copy.contains(key)) rebase(copy[key]);
-  }
+  if (copy.contains("ply_file_path")) rebase(copy["ply_file_path"]);
   for (const char* key : {"train_filenames", "val_filenames", "test_filenames"}) {
     if (copy.contains(key) && copy[key].is_array()) {
       for (Json& name : copy[key]) rebase(name);

@@ -166,18 +166,6 @@ absl::StatusOr<vision::WindowFrame> RefineRun::ReadFrame(size_t i) {
                                  has_map_of_its_own_[i]);
 }
 
-absl::Status RefineRun::MoveWindow(size_t from, size_t to) {
-  if (from > window_begin_ + window_.size()) window_.clear();
-  if (window_.empty()) window_begin_ = from;
-  window_.erase(window_.begin(), window_.begin() + static_cast<int64_t>(from - window_begin_));
-  window_begin_ = from;
-  while (window_begin_ + window_.size() < to) {
-    EGOSIEVE_ASSIGN_OR_RETURN(vision::WindowFrame frame, ReadFrame(window_begin_ + window_.size()));
-    window_.push_back(std::move(frame));
-  }
-  return vision::LinkFrames(window_);
-}
-
 absl::Status RefineRun::MoveWindowAround(size_t begin, size_t end) {
   const double reach = options_.window.ReachSeconds();
   size_t from = begin, to = end;
@@ -191,7 +179,15 @@ absl::Status RefineRun::MoveWindowAround(size_t begin, size_t end) {
          lines_[to].time_seconds - last_seconds <= reach) {
     ++to;
   }
-  return MoveWindow(from, to);
+  if (from > window_begin_ + window_.size()) window_.clear();
+  if (window_.empty()) window_begin_ = from;
+  window_.erase(window_.begin(), window_.begin() + static_cast<int64_t>(from - window_begin_));
+  window_begin_ = from;
+  while (window_begin_ + window_.size() < to) {
+    EGOSIEVE_ASSIGN_OR_RETURN(vision::WindowFrame frame, ReadFrame(window_begin_ + window_.size()));
+    window_.push_back(std::move(frame));
+  }
+  return vision::LinkFrames(window_);
 }
 
 std::vector<cv::Mat1f> RefineRun::RefinedMapsOf(size_t begin, size_t end) const {
@@ -257,14 +253,21 @@ absl::Status RefineRun::RunChunk(size_t begin, size_t end) {
 absl::Status RefineRun::WriteChunk(size_t begin, std::vector<FrameResult>& results) {
   std::vector<absl::Status> statuses(results.size(), absl::OkStatus());
   std::vector<std::string> rows(results.size());
-  kernels::ParallelFor(static_cast<int64_t>(results.size()), [&](int64_t i) {
-    statuses[i] = AddDeviation(lines_[begin + i], results[i]);
-    if (!statuses[i].ok()) return;
-    statuses[i] =
-        WriteProducts(folder_, options_.what, results[i], description_.deviation_full_scale,
-                      options_.classes, options_.objects);
+  const auto write = [&](int64_t i) {
+    const FrameLine& line = lines_[begin + i];
+    if (options_.what.deviation) {
+      EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps,
+                                folder_.ReadGridMaps(line, description_, true));
+      EGOSIEVE_ASSIGN_OR_RETURN(
+          results[i].deviation,
+          InterpolateMap(*context_, GridOf(line, description_), maps.deviation));
+    }
     if (options_.what.tracks) rows[i] = TrackRows(results[i]);
-  });
+    return WriteProducts(folder_, options_.what, results[i], description_.deviation_full_scale,
+                         options_.classes, options_.objects);
+  };
+  kernels::ParallelFor(static_cast<int64_t>(results.size()),
+                       [&](int64_t i) { statuses[i] = write(i); });
   for (const absl::Status& status : statuses) EGOSIEVE_RETURN_IF_ERROR(status);
   std::string all = absl::StrJoin(rows, "");
   if (!all.empty()) {
@@ -273,14 +276,6 @@ absl::Status RefineRun::WriteChunk(size_t begin, std::vector<FrameResult>& resul
     EGOSIEVE_RETURN_IF_ERROR(tracks_->Append(all));
   }
   return SaveState(begin + results.size());
-}
-
-absl::Status RefineRun::AddDeviation(const FrameLine& line, FrameResult& result) {
-  if (!options_.what.deviation) return absl::OkStatus();
-  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, true));
-  EGOSIEVE_ASSIGN_OR_RETURN(result.deviation,
-                            InterpolateMap(*context_, GridOf(line, description_), maps.deviation));
-  return absl::OkStatus();
 }
 
 absl::Status RefineRun::Run(const std::function<bool()>& after_frame) {

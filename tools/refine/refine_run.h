@@ -17,6 +17,12 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "kernels/runtime/context.h"
+#include "tools/cli/device_flag.h"
+#include "tools/cli/exit_code.h"
+#include "tools/cli/frame_range.h"
+#include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
+#include "tools/cli/threads_flag.h"
 #include "tools/refine/frame_products.h"
 #include "tools/run_folder/run_folder.h"
 #include "vision/frame/frame_source.h"
@@ -38,6 +44,24 @@ struct RefineOptions {
 
   absl::Status Validate() const;
 };
+
+// The flags of `refine`: which frames of a run are refined, how, and what is written.
+struct RefineFlags {
+  std::string directory;
+  std::string what = ProductChoice().ToText();
+  RefineOptions options;  // but its `what`
+  FrameRange range;
+  ThreadsFlag threads;
+  DeviceFlag device;
+  ProgressFlag progress;
+  ResultFlag result;
+
+  void AddFlags(CLI::App& app);
+};
+
+// Errors of usage, of the run folder, of the input and of the environment; Cancelled, with whole
+// chunks so far.
+absl::StatusOr<ExitCode> RunRefine(const RefineFlags& flags);
 
 // Whether the last refinement of the run was completed.
 bool IsRefined(const RunFolder& folder);
@@ -77,11 +101,8 @@ class RefineRun {
   absl::Status StartTracks();
   absl::Status RestoreState();
   absl::Status SaveState(size_t done);
-  // Drops the window's frames before `from` and reads those up to `to`.
-  absl::Status MoveWindow(size_t from, size_t to);
   absl::StatusOr<vision::WindowFrame> ReadFrame(size_t i);
-  absl::Status AddDeviation(const FrameLine& line, FrameResult& result);
-  // Reads the frames on which the results of [begin, end) depend.
+  // Reads the frames on which the results of [begin, end) depend, and drops others.
   absl::Status MoveWindowAround(size_t begin, size_t end);
   // Refined maps of the window's frames [begin, end), with the rounding of their files.
   std::vector<cv::Mat1f> RefinedMapsOf(size_t begin, size_t end) const;

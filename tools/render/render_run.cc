@@ -1,7 +1,7 @@
 #include "tools/render/render_run.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <opencv2/videoio.hpp>
@@ -15,7 +15,10 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
+#include "tools/cli/checks.h"
+#include "tools/cli/command.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/object_flags.h"
 #include "tools/cli/warning.h"
 #include "tools/render/overlay_source.h"
 #include "tools/run_folder/chosen_lines.h"
@@ -27,82 +30,6 @@
 
 namespace egosieve::tools {
 namespace {
-
-// A video of pictures of one size, in the best format that the installed FFmpeg can write: H.264 in
-// mp4 (every browser plays it), else MPEG-4 part 2 in mp4, else Motion JPEG in avi.
-class OverlayVideo {
- public:
-  // Writes to a temporary file beside `path_without_suffix`; Finish gives it its name. `size` has
-  // even sides; rate_hz > 0. Unavailable if no format can be written.
-  static absl::StatusOr<OverlayVideo> Open(const std::string& path_without_suffix, cv::Size size,
-                                           double rate_hz);
-
-  // picture: CV_8UC3 of the size given to Open.
-  void Append(const cv::Mat3b& picture) {
-    writer_.write(picture);
-    ++frames_;
-  }
-
-  // Completes the file and returns its path. ResourceExhausted if the disk could not hold all of
-  // it.
-  absl::StatusOr<std::string> Finish();
-
-  // Empty for H.264; else a sentence with the format written instead and the package to install.
-  const std::string& warning() const { return warning_; }
-
- private:
-  OverlayVideo() = default;
-
-  cv::VideoWriter writer_;
-  std::optional<kernels::TemporaryFile> file_;
-  int64_t frames_ = 0;
-  std::string path_;
-  std::string warning_;
-};
-
-struct Format {
-  const char* fourcc;
-  const char* suffix;
-  const char* warning;
-};
-
-constexpr std::array<Format, 3> kFormats = {
-    {{"avc1", ".mp4", ""},
-     {"mp4v", ".mp4",
-      "this FFmpeg writes no H.264 (libx264 is missing): the video is MPEG-4 part 2, which "
-      "browsers "
-      "do not play"},
-     {"MJPG", ".avi",
-      "this FFmpeg writes neither H.264 nor MPEG-4 (libx264 is missing): the video is Motion JPEG "
-      "in an .avi, which is large and which browsers do not play"}}};
-
-absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_suffix,
-                                                cv::Size size, double rate_hz) {
-  OverlayVideo video;
-  for (const Format& format : kFormats) {
-    video.path_ = absl::StrCat(path_without_suffix, format.suffix);
-    EGOSIEVE_ASSIGN_OR_RETURN(video.file_,
-                              kernels::TemporaryFile::Create(video.path_, format.suffix));
-    video.warning_ = format.warning;
-    const char* code = format.fourcc;
-    const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
-    const auto opens = [&] {
-      return video.writer_.open(video.file_->name(), cv::CAP_FFMPEG, fourcc, rate_hz, size);
-    };
-    // Tried twice: a file that failed to open once does not mean a missing encoder.
-    if (opens() || opens()) return video;
-  }
-  return absl::UnavailableError(
-      absl::StrCat("cannot write a video to ", path_without_suffix,
-                   ".mp4; check that the folder can be written, or use --no_video"));
-}
-
-absl::StatusOr<std::string> OverlayVideo::Finish() {
-  writer_.release();
-  EGOSIEVE_RETURN_IF_ERROR(vision::CheckWrittenVideo(file_->name(), frames_));
-  EGOSIEVE_RETURN_IF_ERROR(file_->Commit());
-  return path_;
-}
 
 class RenderRun {
  public:
@@ -134,7 +61,7 @@ class RenderRun {
     }
     progress.Finish();
     // Frames drawn before an error or an interruption also make a complete video.
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string video, FinishVideo());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string video, FinishVideo(folder.File("overlay.mp4")));
     EGOSIEVE_RETURN_IF_ERROR(status);
     std::string text = video.empty() ? "" : absl::StrCat("video in ", video, "\n");
     if (options_.images) {
@@ -163,34 +90,54 @@ class RenderRun {
       EGOSIEVE_RETURN_IF_ERROR(WritePng(folder.FrameFile("render", line.index, ".png"), picture));
     }
     if (options_.video) {
-      EGOSIEVE_RETURN_IF_ERROR(AppendToVideo(folder, picture));
+      EGOSIEVE_RETURN_IF_ERROR(AppendToVideo(folder.File("overlay.mp4"), picture));
     }
     ++frames_;
     return absl::OkStatus();
   }
 
-  // The first picture sets the video's size; frames of other sizes are left out of the video.
-  absl::Status AppendToVideo(const RunFolder& folder, const cv::Mat3b& picture) {
-    if (!writer_) {
-      EGOSIEVE_ASSIGN_OR_RETURN(
-          OverlayVideo writer,
-          OverlayVideo::Open(folder.File("overlay"), picture.size(), options_.rate_hz));
-      writer_ = std::move(writer);
-      video_size_ = picture.size();
-    }
+  // The first picture, whose sides are even, sets the video's size; frames of other sizes are left
+  // out of the video.
+  absl::Status AppendToVideo(const std::string& path, const cv::Mat3b& picture) {
+    if (!file_) EGOSIEVE_RETURN_IF_ERROR(OpenVideo(path, picture.size()));
     if (picture.size() == video_size_) {
-      writer_->Append(picture);
+      writer_.write(picture);
+      ++video_frames_;
     } else {
       ++other_sizes_;
     }
     return absl::OkStatus();
   }
 
-  // The video's path; empty if there is none.
-  absl::StatusOr<std::string> FinishVideo() {
-    if (!writer_) return std::string();
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, writer_->Finish());
-    Warn(writer_->warning());
+  // H.264, which every browser plays, or, where the installed FFmpeg cannot write it, MPEG-4 part 2.
+  absl::Status OpenVideo(const std::string& path, cv::Size size) {
+    video_size_ = size;
+    for (const std::string code : {"avc1", "mp4v"}) {
+      EGOSIEVE_ASSIGN_OR_RETURN(file_, kernels::TemporaryFile::Create(path, ".mp4"));
+      const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
+      // Tried twice: a file that failed to open once does not mean a missing encoder.
+      for (int attempt = 0; attempt < 2; ++attempt) {
+        if (writer_.open(file_->name(), cv::CAP_FFMPEG, fourcc, options_.rate_hz, size)) {
+          return absl::OkStatus();
+        }
+      }
+      warning_ =
+          "this FFmpeg writes no H.264 (libx264 is missing): the video is MPEG-4 part 2, which "
+          "browsers do not play";
+    }
+    file_.reset();
+    return absl::UnavailableError(
+        absl::StrCat("cannot write a video to ", path,
+                     "; check that the folder can be written, or use --no_video"));
+  }
+
+  // The video's path; empty if there is none. ResourceExhausted if the disk could not hold it.
+  absl::StatusOr<std::string> FinishVideo(const std::string& path) {
+    if (!file_) return std::string();
+    writer_.release();
+    EGOSIEVE_RETURN_IF_ERROR(vision::CheckWrittenVideo(file_->name(), video_frames_));
+    EGOSIEVE_RETURN_IF_ERROR(file_->Commit());
+    Warn(warning_);
     if (other_sizes_ > 0) {
       Warn(absl::StrCat(other_sizes_, " frames of another size are not in the video"));
     }
@@ -198,9 +145,51 @@ class RenderRun {
   }
 
   RenderOptions options_;
-  std::optional<OverlayVideo> writer_;
+  cv::VideoWriter writer_;
+  std::optional<kernels::TemporaryFile> file_;  // of the video
   cv::Size video_size_;
+  std::string warning_;
+  int64_t video_frames_ = 0;
   int64_t frames_ = 0, failed_ = 0, other_sizes_ = 0;
+};
+
+class RenderCommand : public Command {
+ public:
+  std::string name() const override { return "render"; }
+  std::string summary() const override {
+    return "Draws a run's movers, or its maps, over its frames, as a video and as images.";
+  }
+  std::string example() const override { return "egosieve render out/drive --object_high=0.9"; }
+
+  void AddFlags(CLI::App& app) override {
+    app.add_option("DIR", options_.directory,
+                   "The run folder; its overlay.mp4, and with --images its render/, are written")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
+    app.add_option("--input", options_.input, "Where the run's input is now, if it was moved")
+        ->type_name("PATH");
+    AddObjectFlags(app, options_.overlay.objects);
+    AddSwitch(app, "--movers", "--map", options_.movers,
+              "Show the movers that refine has numbered, where it has; --map: the map");
+    app.add_flag("--outlines", options_.overlay.outlines_only,
+                 "Of movers, draw nothing but outlines");
+    AddSwitch(app, "--legend", "--no_legend", options_.overlay.legend, "Draw the legend");
+    app.add_flag("--images", options_.images, "Write each frame's overlay, too: render/NNNNNN.png");
+    AddSwitch(app, "--video", "--no_video", options_.video, "Write overlay.mp4");
+    app.add_option("--rate", options_.rate_hz, "The video's frames per second; 0: the input's")
+        ->check(Between(0.0, 240.0))
+        ->type_name("HZ");
+    options_.range.AddFlags(app);
+    options_.device.AddFlag(app);
+    options_.progress.AddFlag(app);
+    options_.result.AddFlag(app);
+  }
+
+  absl::StatusOr<ExitCode> Run() override { return RunRender(options_); }
+
+ private:
+  RenderOptions options_;
 };
 
 }  // namespace
@@ -219,5 +208,7 @@ double FrameRate(const std::vector<FrameLine>& lines) {
 absl::StatusOr<ExitCode> RunRender(const RenderOptions& options) {
   return RenderRun(options).Run();
 }
+
+std::unique_ptr<Command> MakeRenderCommand() { return std::make_unique<RenderCommand>(); }
 
 }  // namespace egosieve::tools

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numeric>
+#include <utility>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
@@ -13,21 +13,23 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "tools/cli/progress.h"
-#include "tools/report/chart.h"
+#include "tools/render/overlay.h"
 #include "tools/report/embedded_files.h"
-#include "tools/report/html.h"
-#include "tools/report/timeline.h"
 #include "tools/run_folder/baselines.h"
 #include "tools/run_folder/doubtful_frames.h"
+#include "tools/run_folder/mover_tracks.h"
 #include "vision/statistics/order_statistics.h"
 
 namespace egosieve::tools {
 namespace {
 
+using Json = nlohmann::ordered_json;
 using Outcome = FrameLine::Outcome;
+using Range = std::pair<int64_t, int64_t>;  // first and last
 
 // Largest number of ranges shown per reason; the log has all frames.
 constexpr size_t kShownRanges = 20;
+constexpr size_t kShownMovers = 40;
 
 double MedianOrZero(const std::vector<double>& values) {
   return values.empty() ? 0.0 : vision::Median(values);
@@ -35,15 +37,18 @@ double MedianOrZero(const std::vector<double>& values) {
 
 double TotalMilliseconds(const FrameLine& line) {
   double total = 0.0;
-  for (const auto& [stage, milliseconds] : line.milliseconds) {
-    total += milliseconds;
-  }
+  for (const auto& [stage, milliseconds] : line.milliseconds) total += milliseconds;
   return total;
 }
 
-std::string Tile(absl::string_view figure, absl::string_view meaning) {
-  return absl::StrCat("<div class=\"tile\"><b>", EscapeHtml(figure), "</b><span>",
-                      EscapeHtml(meaning), "</span></div>\n");
+// Of increasing indices.
+std::vector<Range> RangesOf(absl::Span<const int64_t> indices) {
+  std::vector<Range> ranges;
+  for (const int64_t index : indices) {
+    if (ranges.empty() || index != ranges.back().second + 1) ranges.emplace_back(index, index);
+    ranges.back().second = index;
+  }
+  return ranges;
 }
 
 // The input's last two path components: "car-shadow/frames" is more specific than "frames".
@@ -52,54 +57,36 @@ std::string Title(const RunDescription& description) {
   return (path.parent_path().filename() / path.filename()).string();
 }
 
-// Describes maps that were made on another device than the run's.
-std::string OtherDevices(absl::Span<const FrameLine> lines) {
-  std::map<std::string, int64_t> counts;
-  for (const FrameLine& line : lines) {
-    if (!line.map_device.empty()) ++counts[line.map_device];
-  }
-  std::string html;
-  for (const auto& [device, count] : counts) {
-    absl::StrAppend(&html, "<p>maps made on ", EscapeHtml(device), ": ", count, "</p>\n");
-  }
-  return html;
-}
-
-std::string FarApart(const ReportContent& content) {
-  Baselines baselines(content.description);
-  for (const FrameLine& line : content.lines) baselines.Add(line);
-  const std::string text = baselines.Describe();
-  return text.empty() ? "" : absl::StrCat("<p><b>", EscapeHtml(text), "</b></p>\n");
-}
-
-std::string Header(const ReportContent& content) {
-  const RunDescription& description = content.description;
-  const std::string name = Title(description);
-  const std::string ended = EscapeHtml(description.ended);
-  const std::string label = ended == "running" ? "not finished" : ended;
-  std::string html = absl::StrCat("<header><h1>", EscapeHtml(name), " <span class=\"pill ", ended,
-                                  "\">", label, "</span></h1>\n");
-  absl::StrAppend(&html, "<p>", EscapeHtml(description.input.path), " (", description.grid.width,
-                  " &times; ", description.grid.height, ", ", EscapeHtml(description.input.kind),
-                  ")</p>\n<p>egosieve ", EscapeHtml(description.version), " on ",
-                  EscapeHtml(description.device), "; started ",
-                  EscapeHtml(description.started_utc));
-  if (!description.finished_utc.empty()) {
-    absl::StrAppend(&html, ", ended ", EscapeHtml(description.finished_utc));
-  }
-  absl::StrAppend(&html, "</p>\n", OtherDevices(content.lines), FarApart(content));
-  if (!description.ended_message.empty()) {
-    absl::StrAppend(&html, "<p><b>", EscapeHtml(description.ended_message), "</b></p>\n");
-  }
+// Lines below the title: [text, class of the style sheet].
+Json About(const ReportContent& content) {
+  const RunDescription& run = content.description;
+  Json about = Json::array();
+  const auto say = [&](const std::string& text, const char* kind = "") {
+    if (!text.empty()) about.push_back(Json::array({text, kind}));
+  };
+  say(absl::StrCat(run.input.path, " (", run.grid.width, " \u00d7 ", run.grid.height, ", ",
+                   run.input.kind, ")"));
+  say(absl::StrCat("egosieve ", run.version, " on ", run.device, "; started ", run.started_utc,
+                   run.finished_utc.empty() ? "" : ", ended ", run.finished_utc));
+  std::map<std::string, int64_t> other_devices;
+  Baselines baselines(run);
   DoubtfulFrames doubtful;
-  for (const FrameLine& line : content.lines) doubtful.Add(line);
-  if (doubtful.count() > 0) {
-    absl::StrAppend(&html, "<p class=\"warning\">", EscapeHtml(doubtful.Sentence()), "</p>\n");
+  for (const FrameLine& line : content.lines) {
+    if (!line.map_device.empty()) ++other_devices[line.map_device];
+    baselines.Add(line);
+    doubtful.Add(line);
   }
-  return absl::StrCat(html, "</header>\n");
+  for (const auto& [device, count] : other_devices) {
+    say(absl::StrCat("maps made on ", device, ": ", count));
+  }
+  say(baselines.Describe(), "strong");
+  say(run.ended_message, "strong");
+  say(doubtful.Sentence(), "warning");
+  return about;
 }
 
-std::string Tiles(const ReportContent& content) {
+// [figure, meaning]
+Json Tiles(const ReportContent& content) {
   int64_t learnt = 0, failed = 0;
   std::vector<double> milliseconds, shares;
   for (const FrameLine& line : content.lines) {
@@ -109,255 +96,300 @@ std::string Tiles(const ReportContent& content) {
     if (line.model_size > 0 && line.has_map()) shares.push_back(line.dynamic_share);
   }
   const int64_t frames = static_cast<int64_t>(content.lines.size());
-  std::string html = "<section class=\"tiles\">\n";
-  absl::StrAppend(&html, Tile(absl::StrCat(frames - failed), "frames answered"),
-                  Tile(absl::StrCat(learnt), "learnt from"), Tile(absl::StrCat(failed), "failed"));
-  if (content.evaluation && std::isfinite(content.evaluation->pooled_auc)) {
-    absl::StrAppend(&html, Tile(absl::StrFormat("%.3f", content.evaluation->pooled_auc),
-                                "pooled AUC against the truth"));
+  Json tiles = Json::array();
+  const auto add = [&](const std::string& figure, const char* meaning) {
+    tiles.push_back(Json::array({figure, meaning}));
+  };
+  add(absl::StrCat(frames - failed), "frames answered");
+  add(absl::StrCat(learnt), "learnt from");
+  add(absl::StrCat(failed), "failed");
+  if (!content.evaluation.is_null() && content.evaluation["pooled_auc"].is_number()) {
+    add(absl::StrFormat("%.3f", content.evaluation["pooled_auc"].get<double>()),
+        "pooled AUC against the truth");
   }
   if (frames > 0) {
     // Stages overlap, so take the clock's time; while the run has not ended, the sum of the stages.
     const double seconds_per_frame = content.description.seconds > 0.0
                                          ? content.description.seconds / static_cast<double>(frames)
                                          : MedianOrZero(milliseconds) / 1000.0;
-    absl::StrAppend(
-        &html, Tile(absl::StrFormat("%.2f s", seconds_per_frame), "per frame"),
-        Tile(DescribeDuration(content.description.seconds), "in all"),
-        Tile(absl::StrCat(content.lines.back().model_size), "points in the model at the end"));
+    add(absl::StrFormat("%.2f s", seconds_per_frame), "per frame");
+    add(DescribeDuration(content.description.seconds), "in all");
+    add(absl::StrCat(content.lines.back().model_size), "points in the model at the end");
   }
   if (!shares.empty()) {
-    absl::StrAppend(&html, Tile(absl::StrFormat("%.1f %%", 100.0 * MedianOrZero(shares)),
-                                "of a frame moves, median"));
+    add(absl::StrFormat("%.1f %%", 100.0 * MedianOrZero(shares)), "of a frame moves, median");
   }
-  return absl::StrCat(html, "</section>\n");
+  return tiles;
 }
 
-// A click enlarges a picture; arrow keys move between pictures (page.js).
-std::string Pictures(const ReportContent& content) {
-  std::string html = "<h2>What moves</h2>\n";
-  const std::string timeline = MoverTimeline(content.tracks, content.lines);
-  if (!timeline.empty()) {
-    absl::StrAppend(&html, timeline,
-                    "<p class=\"note\">When each mover was there, by its number. Grey: unreliable "
-                    "frames.</p>\n");
+// When each mover was visible: a row per number, the longest visible kShownMovers in the order of
+// their first frames. Null without movers.
+Json Timeline(const std::string& tracks, const std::vector<FrameLine>& lines) {
+  std::vector<MoverTrack> movers = ReadMoverTracks(tracks);
+  if (movers.empty() || lines.empty()) return nullptr;
+  const size_t left_out = movers.size() - std::min(movers.size(), kShownMovers);
+  movers.resize(movers.size() - left_out);
+  std::ranges::stable_sort(movers, {},
+                           [](const MoverTrack& mover) { return mover.sightings.front().frame; });
+  Json rows = Json::array();
+  for (const MoverTrack& mover : movers) {
+    std::vector<int64_t> frames;
+    for (const Sighting& sighting : mover.sightings) frames.push_back(sighting.frame);
+    const cv::Vec3b colour = MoverColour(mover.number);
+    rows.push_back({{"number", mover.number},
+                    {"colour", absl::StrFormat("#%02x%02x%02x", colour[2], colour[1], colour[0])},
+                    {"stays", RangesOf(frames)}});
   }
-  if (!content.video.empty()) {
-    absl::StrAppend(&html, "<p><a href=\"", EscapeHtml(content.video), "\">",
-                    EscapeHtml(content.video), "</a></p>\n");
-  }
-  for (const std::string& note : content.picture_notes) {
-    absl::StrAppend(&html, "<p class=\"note\">", EscapeHtml(note), "</p>\n");
-  }
-  absl::StrAppend(&html, "<section class=\"pictures\">\n");
-  for (const ReportPicture& picture : content.pictures) {
-    const std::string caption = EscapeHtml(picture.caption);
-    absl::StrAppend(&html, "<figure", picture.is_unreliable ? " class=\"unreliable\"" : "",
-                    "><img tabindex=\"0\" alt=\"overlay of ", caption,
-                    "\" src=\"data:image/jpeg;base64,", absl::Base64Escape(picture.jpeg),
-                    "\"><figcaption>", caption, "</figcaption></figure>\n");
-  }
-  return absl::StrCat(html, "</section>\n");
-}
-
-std::string Charts(const ReportContent& content) {
-  if (content.lines.empty()) {
-    return "<p class=\"note\">No frame was answered.</p>\n";
-  }
-  const std::vector<Chart> charts =
-      MakeCharts(content.lines, content.evaluation, content.max_chart_points);
-  std::string html =
-      "<h2>Over the drive</h2>\n<p class=\"note\">Over the frames' numbers in the input. "
-      "Drag along a chart to zoom all of them, double-click to see the whole drive "
-      "again.</p>\n<noscript><p class=\"note\">The charts need "
-      "JavaScript.</p></noscript>\n<section class=\"charts\">\n";
-  nlohmann::ordered_json data = nlohmann::ordered_json::array();
-  for (const Chart& chart : charts) {
-    absl::StrAppend(&html, "<div class=\"card\"><h3>", EscapeHtml(chart.title), "</h3><p>",
-                    EscapeHtml(chart.caption), "</p><div class=\"plot\" id=\"plot-", chart.id,
-                    "\"></div><div class=\"key\" id=\"key-", chart.id, "\"></div></div>\n");
-    data.push_back(ToJson(chart));
-  }
-  // "</" would end the script element.
-  const std::string json = absl::StrReplaceAll(data.dump(), {{"</", "<\\/"}});
-  return absl::StrCat(html, "</section>\n<script type=\"application/json\" id=\"charts\">", json,
-                      "</script>\n");
-}
-
-std::string MotionModels(absl::Span<const FrameLine> lines) {
-  std::map<std::string, int64_t> counts;
+  std::vector<int64_t> doubtful;
   for (const FrameLine& line : lines) {
-    ++counts[line.motion_model];
+    if (!DoubtOf(line).empty()) doubtful.push_back(line.index);
   }
-  std::string html =
-      "<h2>Motion of the camera</h2>\n<table><tr><th>motion model chosen</th><th "
-      "class=\"number\">frames</th><th class=\"number\">share</th></tr>\n";
+  std::string note = "When each mover was there, by its number. Grey: unreliable frames.";
+  if (left_out > 0) {
+    absl::StrAppend(&note, " ", left_out, " movers that were there shorter are in tracks.csv.");
+  }
+  return {{"first", lines.front().index},
+          {"last", lines.back().index},
+          {"doubtful", RangesOf(doubtful)},
+          {"rows", rows},
+          {"note", note}};
+}
+
+Json Pictures(const ReportContent& content) {
+  Json pictures = Json::array();
+  for (const ReportPicture& picture : content.pictures) {
+    pictures.push_back({{"source", "data:image/jpeg;base64," + absl::Base64Escape(picture.jpeg)},
+                        {"caption", picture.caption},
+                        {"unreliable", picture.is_unreliable}});
+  }
+  return {{"title", "What moves"},
+          {"timeline", Timeline(content.tracks, content.lines)},
+          {"video", content.video},
+          {"notes", content.picture_notes},
+          {"pictures", pictures}};
+}
+
+// Every number of the frames, which have an index, by its JSON pointer: {step, index, columns}. If
+// there are more than max_points frames, the means of each `step` of them; null where none of them
+// has a finite number. frame: gives the frame's JSON by its place.
+template <typename Frame>
+Json Thinned(size_t frames, int64_t max_points, const Frame& frame) {
+  const size_t step = (frames + max_points - 1) / max_points;
+  struct Column {
+    explicit Column(size_t points) : sums(points), counts(points) {}
+    std::vector<double> sums;
+    std::vector<int64_t> counts;
+  };
+  std::map<std::string, Column> columns;
+  std::vector<std::string> names;  // in the order of the frames' lines
+  Json index = Json::array(), means = Json::object();
+  for (size_t i = 0; i < frames; ++i) {
+    const Json json = frame(i);
+    if (i % step == 0) index.push_back(json["index"]);
+    const Json numbers = json.flatten();
+    for (const auto& [name, value] : numbers.items()) {
+      if (!value.is_number() || !std::isfinite(value.template get<double>())) continue;
+      const auto [column, is_new] = columns.try_emplace(name, (frames + step - 1) / step);
+      if (is_new) names.push_back(name);
+      column->second.sums[i / step] += value.template get<double>();
+      ++column->second.counts[i / step];
+    }
+  }
+  for (const std::string& name : names) {
+    const auto& [sums, counts] = columns.at(name);
+    for (size_t k = 0; k < sums.size(); ++k) {
+      means[name].push_back(counts[k] > 0 ? Json(sums[k] / static_cast<double>(counts[k]))
+                                          : Json());
+    }
+  }
+  return {{"step", step}, {"index", index}, {"columns", means}};
+}
+
+Json Charts(const ReportContent& content) {
+  if (content.lines.empty()) return {{"title", ""}, {"notes", {"No frame was answered."}}};
+  Json charts = {{"frames", ColumnsOf(content.lines, content.max_chart_points)}};
+  if (!content.evaluation.is_null()) {
+    const Json& scored = content.evaluation["frames"];
+    charts["scores"] =
+        Thinned(scored.size(), content.max_chart_points, [&](size_t i) { return scored[i]; });
+  }
+  return {{"title", "Over the drive"},
+          {"notes",
+           {"Over the frames' numbers in the input. Drag along a chart to zoom all of them, "
+            "double-click to see the whole drive again."}},
+          {"charts", charts}};
+}
+
+// numbers: the columns that hold numbers.
+Json Table(std::vector<std::string> head, std::vector<int> numbers, Json rows) {
+  return {{"head", std::move(head)}, {"numbers", std::move(numbers)}, {"rows", std::move(rows)}};
+}
+
+Json MotionModels(absl::Span<const FrameLine> lines) {
+  std::map<std::string, int64_t> counts;
+  for (const FrameLine& line : lines) ++counts[line.motion_model];
+  Json rows = Json::array();
   for (const auto& [model, count] : counts) {
-    absl::StrAppend(&html, "<tr><td>", EscapeHtml(model), "</td><td class=\"number\">", count,
-                    "</td><td class=\"number\">",
-                    absl::StrFormat("%.1f %%", 100.0 * static_cast<double>(count) /
-                                                   static_cast<double>(lines.size())),
-                    "</td></tr>\n");
+    const double share = static_cast<double>(count) / static_cast<double>(lines.size());
+    rows.push_back(Json::array({model, count, absl::StrFormat("%.1f %%", 100.0 * share)}));
   }
-  return absl::StrCat(html, "</table>\n");
+  return {{"title", "Motion of the camera"},
+          {"table", Table({"motion model chosen", "frames", "share"}, {1, 2}, rows)}};
 }
 
 // Milliseconds per stage over the frames that have the stage: typical and bad frames.
-std::string StageTable(absl::Span<const FrameLine> lines) {
+Json StageTable(absl::Span<const FrameLine> lines) {
   std::vector<std::string> stages;
   std::map<std::string, std::vector<double>> times;
+  double total = 0.0;
   for (const FrameLine& line : lines) {
     for (const auto& [stage, milliseconds] : line.milliseconds) {
       if (times.find(stage) == times.end()) stages.push_back(stage);
       times[stage].push_back(milliseconds);
+      total += milliseconds;
     }
   }
-  std::string html =
-      "<h2>Time by stage</h2>\n<table><tr><th>stage</th><th class=\"number\">median, ms</th><th "
-      "class=\"number\">95 % below, ms</th><th class=\"number\">slowest, ms</th><th "
-      "class=\"number\">share of all</th></tr>\n";
-  double total = 0.0;
-  for (const auto& [stage, values] : times) {
-    total += std::accumulate(values.begin(), values.end(), 0.0);
-  }
+  Json rows = Json::array();
   for (const std::string& stage : stages) {
     std::vector<double>& values = times[stage];
     const double sum = std::accumulate(values.begin(), values.end(), 0.0);
-    absl::StrAppend(&html, "<tr><td>", EscapeHtml(stage), "</td>");
+    Json row = {stage};
     for (const double share : {0.5, 0.95, 1.0}) {
-      absl::StrAppendFormat(&html, "<td class=\"number\">%.1f</td>",
-                            vision::QuantileInPlace(values, share));
+      row.push_back(absl::StrFormat("%.1f", vision::QuantileInPlace(values, share)));
     }
-    absl::StrAppendFormat(&html, "<td class=\"number\">%.1f %%</td></tr>\n",
-                          total > 0.0 ? 100.0 * sum / total : 0.0);
+    row.push_back(absl::StrFormat("%.1f %%", total > 0.0 ? 100.0 * sum / total : 0.0));
+    rows.push_back(row);
   }
-  return absl::StrCat(html, "</table>\n");
+  return {{"title", "Time by stage"},
+          {"table", Table({"stage", "median, ms", "95 % below, ms", "slowest, ms", "share of all"},
+                          {1, 2, 3, 4}, rows)}};
 }
 
 // Frames by reason, ignoring numbers: the most frequent first, with the text of its first frame.
-std::string NotLearnt(absl::Span<const FrameLine> lines) {
-  struct Group {
-    std::string reason;
-    std::vector<int64_t> frames;
-  };
-  std::map<std::string, Group> groups;
+Json NotLearnt(absl::Span<const FrameLine> lines) {
+  ReasonKinds reasons;
   for (const FrameLine& line : lines) {
     if (line.outcome == Outcome::kLearnt) continue;
-    const std::string reason =
-        absl::StrCat(line.outcome == Outcome::kFailed ? "failed: " : "", line.reason);
-    Group& group = groups[WithoutNumbers(reason)];
-    if (group.frames.empty()) group.reason = reason;
-    group.frames.push_back(line.index);
+    reasons.Add(absl::StrCat(line.outcome == Outcome::kFailed ? "failed: " : "", line.reason),
+                line.index);
   }
-  std::string html = "<h2>Frames that were not learnt from</h2>\n";
-  if (groups.empty()) {
-    return absl::StrCat(html, "<p class=\"note\">None: every frame was learnt from.</p>\n");
+  Json section = {{"title", "Frames that were not learnt from"}};
+  Json rows = Json::array();
+  for (const auto& [reason, frames] : reasons.MostFrequentFirst()) {
+    rows.push_back(Json::array({reason, frames.size(), DescribeRanges(frames, kShownRanges)}));
   }
-  std::vector<const Group*> sorted;
-  for (const auto& [key, group] : groups) sorted.push_back(&group);
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Group* a, const Group* b) {
-    return a->frames.size() > b->frames.size();
-  });
-  absl::StrAppend(&html,
-                  "<p class=\"note\">Reasons that differ in their numbers alone are one; the first "
-                  "frame's numbers are shown.</p>\n<div class=\"scroll\"><table><tr><th>reason</th>"
-                  "<th class=\"number\">count</th><th>frames</th></tr>\n");
-  for (const Group* group : sorted) {
-    absl::StrAppend(&html, "<tr><td>", EscapeHtml(group->reason), "</td><td class=\"number\">",
-                    group->frames.size(), "</td><td>", DescribeRanges(group->frames, kShownRanges),
-                    "</td></tr>\n");
+  if (rows.empty()) {
+    section["notes"] = {"None: every frame was learnt from."};
+    return section;
   }
-  return absl::StrCat(html, "</table></div>\n");
+  section["notes"] = {
+      "Reasons that differ in their numbers alone are one; the first frame's numbers are shown."};
+  section["table"] = Table({"reason", "count", "frames"}, {1}, rows);
+  return section;
 }
 
-std::string EvaluationTable(const EvaluationFile& evaluation) {
-  const auto number = [](double value) {
-    return std::isfinite(value) ? absl::StrFormat("%.4f", value) : std::string("none");
-  };
-  std::string html = absl::StrCat(
-      "<h2>Evaluation</h2>\n<p>Pooled AUC <b>", number(evaluation.pooled_auc),
-      "</b>, mean over frames <b>", number(evaluation.mean_auc), "</b>, on ",
-      evaluation.frames.size(), " frames (", EscapeHtml(evaluation.pixels), " pixels) against ",
-      EscapeHtml(evaluation.truth), "; left out: ", evaluation.frames_of_prior, " of the prior, ",
-      evaluation.frames_without_mask, " without a mask, ", evaluation.frames_without_map,
-      " without a map.</p>\n");
-  absl::StrAppend(&html,
-                  "<details><summary>Frame by frame</summary><div class=\"scroll\"><table><tr><th "
-                  "class=\"number\">frame</th><th class=\"number\">dynamic pixels</th><th "
-                  "class=\"number\">static pixels</th><th class=\"number\">AUC</th></tr>\n");
-  for (const EvaluatedFrame& frame : evaluation.frames) {
-    absl::StrAppend(&html, "<tr><td class=\"number\">", frame.index, "</td><td class=\"number\">",
-                    frame.dynamic_pixels, "</td><td class=\"number\">", frame.static_pixels,
-                    "</td><td class=\"number\">", number(frame.auc), "</td></tr>\n");
-  }
-  return absl::StrCat(html, "</table></div></details>\n");
-}
-
-std::string Flags(const RunDescription& description) {
-  std::string html = "<h2>Flags</h2>\n<details><summary>All flags of the run</summary><table>\n";
+Json Flags(const RunDescription& description) {
+  Json rows = Json::array();
   for (const auto& [name, value] : description.flags) {
-    absl::StrAppend(&html, "<tr><th>--", EscapeHtml(name), "</th><td>", EscapeHtml(value),
-                    "</td></tr>\n");
+    rows.push_back(Json::array({"--" + name, value}));
   }
-  return absl::StrCat(html, "</table></details>\n");
+  return {{"title", "Flags"},
+          {"summary", "All flags of the run"},
+          {"table", Table({"flag", "value"}, {}, rows)}};
 }
 
 }  // namespace
 
-std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges) {
-  struct Range {
-    int64_t first, last;
-  };
-  std::vector<Range> ranges;
-  for (const int64_t index : indices) {
-    if (!ranges.empty() && index == ranges.back().last + 1) {
-      ranges.back().last = index;
-    } else {
-      ranges.push_back({index, index});
+Json ColumnsOf(absl::Span<const FrameLine> lines, int64_t max_points) {
+  return Thinned(lines.size(), max_points, [&](size_t i) {
+    const FrameLine& line = lines[i];
+    Json json = ToJson(line);
+    const bool is_learnt = line.outcome == Outcome::kLearnt;
+    json["outcome"] = {{"learnt from", is_learnt ? 1 : 0},
+                       {"not learnt from", line.outcome == Outcome::kAnswered ? 1 : 0},
+                       {"failed", line.outcome == Outcome::kFailed ? 1 : 0}};
+    if (line.model_size == 0 || !line.has_map()) json["dynamic_share"] = nullptr;
+    if (!is_learnt || line.log_likelihood_per_point == 0.0) {
+      json["log_likelihood_per_point"] = nullptr;
     }
+    return json;
+  });
+}
+
+Json EvaluationSection(const Json& evaluation) {
+  const auto number = [](const Json& value) {
+    return value.is_null() ? "none" : absl::StrFormat("%.4f", value.get<double>());
+  };
+  const auto count = [&](const char* field) { return evaluation.at(field).get<int64_t>(); };
+  Json rows = Json::array();
+  for (const Json& frame : evaluation.at("frames")) {
+    rows.push_back(
+        Json::array({frame.at("index").get<int64_t>(), frame.at("dynamic_pixels").get<int64_t>(),
+                     frame.at("static_pixels").get<int64_t>(), number(frame.at("auc"))}));
   }
-  std::vector<Range> shown = ranges;
-  if (ranges.size() > max_ranges) {
-    std::stable_sort(shown.begin(), shown.end(), [](const Range& a, const Range& b) {
-      return a.last - a.first > b.last - b.first;
-    });
+  const std::string figures = absl::StrCat(
+      "Pooled AUC ", number(evaluation.at("pooled_auc")), ", mean over frames ",
+      number(evaluation.at("mean_auc")), ", on ", rows.size(), " frames (",
+      evaluation.at("pixels").get<std::string>(), " pixels) against ",
+      evaluation.at("truth").get<std::string>(), "; left out: ", count("frames_of_prior"),
+      " of the prior, ", count("frames_without_mask"), " without a mask, ",
+      count("frames_without_map"), " without a map.");
+  return {
+      {"title", "Evaluation"},
+      {"notes", {figures}},
+      {"summary", "Frame by frame"},
+      {"table", Table({"frame", "dynamic pixels", "static pixels", "AUC"}, {0, 1, 2, 3}, rows)}};
+}
+
+std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges) {
+  std::vector<Range> shown = RangesOf(indices);
+  if (shown.size() > max_ranges) {
+    std::ranges::stable_sort(shown, std::greater<>(),
+                             [](const Range& range) { return range.second - range.first; });
     shown.resize(max_ranges);
-    std::sort(shown.begin(), shown.end(),
-              [](const Range& a, const Range& b) { return a.first < b.first; });
+    std::ranges::sort(shown);
   }
   std::vector<std::string> texts;
   int64_t left = static_cast<int64_t>(indices.size());
-  for (const Range& range : shown) {
-    left -= range.last - range.first + 1;
-    texts.push_back(range.first == range.last ? absl::StrCat(range.first)
-                                              : absl::StrCat(range.first, "-", range.last));
+  for (const auto& [first, last] : shown) {
+    left -= last - first + 1;
+    texts.push_back(first == last ? absl::StrCat(first) : absl::StrCat(first, "-", last));
   }
   if (left > 0) texts.push_back(absl::StrCat("and ", left, " more"));
   return absl::StrJoin(texts, ", ");
 }
 
 std::string MakeReportPage(const ReportContent& content) {
-  const RunDescription& description = content.description;
-  std::string html = absl::StrCat(PageHead(absl::StrCat("Egosieve: ", Title(description)),
-                                           absl::StrCat(kDygraphsCss, PageStyle())),
-                                  "<main>\n");
-  absl::StrAppend(&html, Header(content), Tiles(content));
+  const RunDescription& run = content.description;
+  Json sections = Json::array();
   if (!content.pictures.empty() || !content.picture_notes.empty() || !content.tracks.empty()) {
-    absl::StrAppend(&html, Pictures(content));
+    sections.push_back(Pictures(content));
   }
-  if (content.evaluation) {
-    absl::StrAppend(&html, EvaluationTable(*content.evaluation));
-  }
-  if (!content.lines.empty()) absl::StrAppend(&html, NotLearnt(content.lines));
-  absl::StrAppend(&html, Charts(content));
+  if (!content.evaluation.is_null()) sections.push_back(EvaluationSection(content.evaluation));
+  if (!content.lines.empty()) sections.push_back(NotLearnt(content.lines));
+  sections.push_back(Charts(content));
   if (!content.lines.empty()) {
-    absl::StrAppend(&html, StageTable(content.lines), MotionModels(content.lines));
+    sections.push_back(StageTable(content.lines));
+    sections.push_back(MotionModels(content.lines));
   }
-  absl::StrAppend(&html, Flags(description), "</main>\n");
-  if (!content.lines.empty()) {
-    absl::StrAppend(&html, "<script>", kDygraphsJs, "</script>\n<script>", kPageJs, "</script>\n");
-  }
-  return absl::StrCat(html, "</body>\n</html>\n");
+  sections.push_back(Flags(run));
+  const Json report = {{"title", Title(run)},
+                       {"ended", run.ended},
+                       {"about", About(content)},
+                       {"tiles", Tiles(content)},
+                       {"sections", sections}};
+  // Names of files may hold bytes that are not UTF-8; a "<" could end the script element.
+  const std::string json = absl::StrReplaceAll(
+      report.dump(-1, ' ', false, Json::error_handler_t::replace), {{"<", "\\u003c"}});
+  return absl::StrCat(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>Egosieve</title>\n<style>\n",
+      kDygraphsCss, kPageCss,
+      "</style>\n</head>\n<body>\n<main><noscript>The report needs JavaScript.</noscript></main>\n"
+      "<script type=\"application/json\" id=\"report\">",
+      json, "</script>\n<script>", kDygraphsJs, "</script>\n<script>", kPageJs,
+      "</script>\n</body>\n</html>\n");
 }
 
 }  // namespace egosieve::tools

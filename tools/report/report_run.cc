@@ -1,5 +1,6 @@
 #include "tools/report/report_run.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -11,7 +12,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
+#include "tools/cli/command.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/object_flags.h"
 #include "tools/cli/warning.h"
 #include "tools/render/overlay_source.h"
 #include "tools/report/page.h"
@@ -107,6 +111,37 @@ absl::Status AddPictures(const ReportOptions& options, const RunFolder& folder,
   return absl::OkStatus();
 }
 
+class ReportCommand : public Command {
+ public:
+  std::string name() const override { return "report"; }
+  std::string summary() const override {
+    return "Makes one self-contained HTML page of a run: overlays, charts, frames that were not "
+           "learnt from.";
+  }
+  std::string example() const override { return "egosieve report out/drive"; }
+
+  void AddFlags(CLI::App& app) override {
+    app.add_option("DIR", options_.directory, "The run folder; its report.html is written")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
+    app.add_option("--input", options_.input, "Where the run's input is now, if it was moved")
+        ->type_name("PATH");
+    app.add_option("--pictures", options_.pictures, "Overlays on the page, evenly over the drive")
+        ->check(Between(0, 1000))
+        ->type_name("NUMBER");
+    AddObjectFlags(app, options_.overlay.objects);
+    options_.device.AddFlag(app);
+    options_.progress.AddFlag(app);
+    options_.result.AddFlag(app);
+  }
+
+  absl::StatusOr<ExitCode> Run() override { return RunReport(options_); }
+
+ private:
+  ReportOptions options_;
+};
+
 }  // namespace
 
 absl::StatusOr<ExitCode> RunReport(const ReportOptions& options) {
@@ -117,19 +152,17 @@ absl::StatusOr<ExitCode> RunReport(const ReportOptions& options) {
   EGOSIEVE_ASSIGN_OR_RETURN(content.lines, folder.ReadLines());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string evaluation, ReadIfThere(folder, "eval.json"));
   if (!evaluation.empty()) {
-    absl::StatusOr<EvaluationFile> parsed = ParseEvaluation(evaluation);
-    if (parsed.ok()) {
-      content.evaluation = *std::move(parsed);
-    } else {
+    try {
+      const auto parsed = nlohmann::ordered_json::parse(evaluation);
+      EvaluationSection(parsed);
+      content.evaluation = parsed;
+    } catch (const nlohmann::json::exception& error) {
       Warn(absl::StrCat("the report has no evaluation: ", folder.File("eval.json"),
-                        " cannot be used: ", parsed.status().message(),
-                        "; run egosieve-eval again"));
+                        " cannot be used: ", error.what(), "; run egosieve-eval again"));
     }
   }
   EGOSIEVE_ASSIGN_OR_RETURN(content.tracks, ReadIfThere(folder, "tracks.csv"));
-  for (const char* video : {"overlay.mp4", "overlay.avi"}) {
-    if (std::filesystem::exists(folder.File(video))) content.video = video;
-  }
+  if (std::filesystem::exists(folder.File("overlay.mp4"))) content.video = "overlay.mp4";
   EGOSIEVE_RETURN_IF_ERROR(AddPictures(options, folder, content));
   RemoveAbandonedFiles(folder.path());
   const std::string path = folder.File("report.html");
@@ -137,5 +170,7 @@ absl::StatusOr<ExitCode> RunReport(const ReportOptions& options) {
   options.result.Tell("report", {{"report", path}}, absl::StrCat("report in ", path, "\n"));
   return ExitCode::kDone;
 }
+
+std::unique_ptr<Command> MakeReportCommand() { return std::make_unique<ReportCommand>(); }
 
 }  // namespace egosieve::tools

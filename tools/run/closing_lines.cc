@@ -77,7 +77,7 @@ absl::StatusOr<std::string> ClosingLines(const RunFolder& folder) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string tracks, ReadFile(folder.File("tracks.csv")));
   std::vector<std::string> files;
-  for (const char* name : {"report.html", "overlay.mp4", "overlay.avi"}) {
+  for (const char* name : {"report.html", "overlay.mp4"}) {
     if (std::filesystem::exists(folder.File(name))) files.push_back(name);
   }
   DoubtfulFrames doubtful;

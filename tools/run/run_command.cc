@@ -1,7 +1,6 @@
 // egosieve run VIDEO: segment, refine, render and report into one folder.
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <initializer_list>
 #include <iostream>
 #include <string>
 #include <system_error>
@@ -9,10 +8,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
 #include "tools/cli/command.h"
 #include "tools/cli/output_folder.h"
-#include "tools/cli/switch_flag.h"
-#include "tools/refine/refine_flags.h"
 #include "tools/refine/refine_run.h"
 #include "tools/render/render_run.h"
 #include "tools/report/report_run.h"
@@ -26,24 +24,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// When the folder's run ended with all its frames; empty if it has not, or if there is none.
-std::string FinishedUtc(const std::string& directory) {
-  const absl::StatusOr<RunFolder> folder = RunFolder::Open(directory);
-  if (!folder.ok()) return "";
-  const absl::StatusOr<RunDescription> description = folder->ReadDescription();
-  return description.ok() && description->ended == "done" ? description->finished_utc : "";
-}
-
-// Whether one of the files is there and as new as `source`.
-bool IsNew(const RunFolder& folder, std::initializer_list<const char*> names, const char* source) {
-  std::error_code error;
-  const fs::file_time_type made = fs::last_write_time(folder.File(source), error);
-  if (error) return false;
-  for (const char* name : names) {
-    const fs::file_time_type time = fs::last_write_time(folder.File(name), error);
-    if (!error && time >= made) return true;
-  }
-  return false;
+// Whether the file is there and as new as refine's products.
+bool IsNew(const RunFolder& folder, const char* name) {
+  std::error_code error, none;
+  const fs::file_time_type made = fs::last_write_time(folder.File(kRefineState), error);
+  const fs::file_time_type time = fs::last_write_time(folder.File(name), none);
+  return !error && !none && time >= made;
 }
 
 class RunCommand : public Command {
@@ -99,13 +85,13 @@ class RunCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(segment_.directory));
     bool has_news = finished.empty() || finished != FinishedUtc(segment_.directory);
     EGOSIEVE_RETURN_IF_ERROR(Refine(folder, has_news));
-    if (has_video_ && !IsNew(folder, {"overlay.mp4", "overlay.avi"}, kRefineState)) {
+    if (has_video_ && !IsNew(folder, "overlay.mp4")) {
       RenderOptions render;
       render.directory = segment_.directory;
       render.result.quiet = has_news = true;
       EGOSIEVE_RETURN_IF_ERROR(RunRender(render).status());
     }
-    if (has_news || !IsNew(folder, {"report.html"}, kRefineState)) {
+    if (has_news || !IsNew(folder, "report.html")) {
       ReportOptions report;
       report.directory = segment_.directory;
       report.result.quiet = has_news = true;

@@ -70,11 +70,6 @@ absl::Status CheckMaps(const RunFolder& folder, absl::Span<const FrameLine> line
                    " has no maps of these frames yet; make them: ", Remedy(folder)));
 }
 
-absl::Status CheckMaps(const RunFolder& folder) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, FrameRange()));
-  return CheckMaps(folder, lines);
-}
-
 std::string DescribeMissingMaps(const RunFolder& folder, absl::Span<const FrameLine> lines) {
   const auto lacking = std::count_if(lines.begin(), lines.end(), LacksMap);
   if (lacking == 0) return "";

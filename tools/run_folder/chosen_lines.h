@@ -23,8 +23,6 @@ absl::StatusOr<std::vector<FrameLine>> ChooseLines(const RunFolder& folder,
 // reason and the command that makes the maps. DataLoss, with the same hint, if a map's file is
 // missing or empty.
 absl::Status CheckMaps(const RunFolder& folder, absl::Span<const FrameLine> lines);
-// The same for the whole run.
-absl::Status CheckMaps(const RunFolder& folder);
 
 // "5 of 8 frames have no map; egosieve segment --resume ... makes them". Counts only frames that
 // could be read. "" if all have a map.

@@ -1,6 +1,7 @@
 #include "tools/run_folder/doubtful_frames.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -12,8 +13,7 @@ namespace {
 // Masks are better than the map that expects so little (docs/decisions.md).
 constexpr double kLeastOverlap = 0.4;
 
-}  // namespace
-
+// Turns "only 17 of 300 features" into "only # of # features", to group reasons of one kind.
 std::string WithoutNumbers(absl::string_view reason) {
   std::string text;
   for (size_t i = 0; i < reason.size(); ++i) {
@@ -26,6 +26,8 @@ std::string WithoutNumbers(absl::string_view reason) {
   return text;
 }
 
+}  // namespace
+
 std::string DoubtOf(const FrameLine& line) {
   if (line.outcome == FrameLine::Outcome::kFailed) return line.reason;
   if (line.doubt.empty() && line.expected_overlap < kLeastOverlap) {
@@ -36,16 +38,18 @@ std::string DoubtOf(const FrameLine& line) {
   return line.doubt;
 }
 
-void ReasonKinds::Add(const std::string& reason) {
+void ReasonKinds::Add(const std::string& reason, int64_t frame) {
   Kind& kind = kinds_[WithoutNumbers(reason)];
-  if (kind.count++ == 0) kind.first = reason;
+  if (kind.frames.empty()) kind.first = reason;
+  kind.frames.push_back(frame);
 }
 
-std::string ReasonKinds::MostFrequent() const {
-  const auto most = std::max_element(
-      kinds_.begin(), kinds_.end(),
-      [](const auto& a, const auto& b) { return a.second.count < b.second.count; });
-  return most == kinds_.end() ? "" : most->second.first;
+std::vector<ReasonKinds::Kind> ReasonKinds::MostFrequentFirst() const {
+  std::vector<Kind> kinds;
+  for (const auto& [text, kind] : kinds_) kinds.push_back(kind);
+  std::ranges::stable_sort(kinds, std::greater<>(),
+                           [](const Kind& kind) { return kind.frames.size(); });
+  return kinds;
 }
 
 void DoubtfulFrames::Add(const FrameLine& line) {
@@ -56,24 +60,24 @@ void DoubtfulFrames::Add(const FrameLine& line) {
     if (learnt_++ == 0) not_learnt_ -= std::min(not_learnt_, line.frame_gap);
   } else if (line.outcome == FrameLine::Outcome::kAnswered && !doubt.empty()) {
     ++not_learnt_;
-    not_learnt_reasons_.Add(line.reason);
+    not_learnt_reasons_.Add(line.reason, line.index);
   }
   if (doubt.empty()) return;
   ++count_;
-  doubts_.Add(doubt);
+  doubts_.Add(doubt, line.index);
 }
 
 std::string DoubtfulFrames::Sentence() const {
   if (count_ == 0) return "";
-  return absl::StrCat(count_, " of ", frames_,
-                      " frames are unreliable, most often: ", doubts_.MostFrequent());
+  return absl::StrCat(count_, " of ", frames_, " frames are unreliable, most often: ",
+                      doubts_.MostFrequentFirst().front().first);
 }
 
 std::string DoubtfulFrames::TooFewLearnt() const {
   if (learnt_ >= not_learnt_) return "";
   return absl::StrCat("only ", learnt_, " of ", learnt_ + not_learnt_,
                       " frames were learnt from, the others most often not because: ",
-                      not_learnt_reasons_.MostFrequent());
+                      not_learnt_reasons_.MostFrequentFirst().front().first);
 }
 
 }  // namespace egosieve::tools

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
-#include "absl/strings/string_view.h"
 #include "tools/run_folder/frame_line.h"
 
 namespace egosieve::tools {
@@ -14,21 +14,17 @@ namespace egosieve::tools {
 // Empty if it is reliable.
 std::string DoubtOf(const FrameLine& line);
 
-// Turns "only 17 of 300 features" into "only # of # features", to group reasons of one kind.
-std::string WithoutNumbers(absl::string_view reason);
-
-// Reasons by kind.
+// Frames by the kind of their reason.
 class ReasonKinds {
  public:
-  void Add(const std::string& reason);
-  // The first reason of the most frequent kind; empty if there is none.
-  std::string MostFrequent() const;
+  struct Kind {
+    std::string first;  // the reason of the first frame
+    std::vector<int64_t> frames;
+  };
+  void Add(const std::string& reason, int64_t frame);
+  std::vector<Kind> MostFrequentFirst() const;
 
  private:
-  struct Kind {
-    int64_t count = 0;
-    std::string first;
-  };
   std::map<std::string, Kind> kinds_;  // by WithoutNumbers
 };
 

@@ -1,9 +1,10 @@
 #include "tools/run_folder/former_run.h"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
+#include <iterator>
 #include <map>
+#include <regex>
 #include <string_view>
 #include <system_error>
 
@@ -20,45 +21,21 @@ namespace fs = std::filesystem;
 using kernels::NameOfTemporary;
 
 constexpr char kDescription[] = "run.json";
+constexpr const char* kFolders[] = {"plots", "log", "grid",   "full", "frames",
+                                    "masks", "ids", "render", "model"};
 
-constexpr std::array<std::string_view, 15> kFiles = {
-    "camera.json",  "own_vehicle.png", "fixed_pattern.png", "windscreen.png", "ignored.png",
-    "report.html",  "overlay.mp4",     "overlay.avi",       "eval.json",      "eval.csv",
-    "further.json", "tracks.csv",      "reconstruct.json",  "frames.jsonl",   "trajectory.txt"};
-
-// Files NNNNNN with one of these endings.
-struct FrameFolder {
-  const char* name;
-  std::vector<std::string_view> endings;
-};
-
-const std::vector<FrameFolder>& FrameFolders() {
-  static const auto& folders = *new std::vector<FrameFolder>{
-      {"grid", {".prob.png", ".std.png"}},
-      {"full", {".prob.png", ".std.png", ".class.png", ".objects.json"}},
-      {"frames", {".png"}},
-      {"masks", {".png"}},
-      {"ids", {".png"}},
-      {"render", {".png"}},
-      {"model", {".npz"}}};
-  return folders;
+// Whether the program writes a file of this path in the run folder.
+bool IsOwnPath(const std::string& path) {
+  static const auto& own = *new std::regex(
+      "(run|camera|eval|further|reconstruct)\\.json|frames\\.jsonl|(eval|tracks)\\.csv|"
+      "(own_vehicle|fixed_pattern|windscreen|ignored)\\.png|trajectory\\.txt|report\\.html|"
+      "overlay\\.mp4|log/[^/]*\\.jsonl|grid/[0-9]{6,}\\.(prob|std)\\.png|"
+      "full/[0-9]{6,}\\.((prob|std|class)\\.png|objects\\.json)|"
+      "(frames|masks|ids|render)/[0-9]{6,}\\.png|model/[0-9]{6,}\\.npz|"
+      "plots/(figures\\.json|index\\.html|plot\\.log|(roc|precision_recall|iou_by_threshold|"
+      "reliability|sparsification|auc_by_frame)\\.(svg|png))");
+  return std::regex_match(path, own);
 }
-
-bool IsFrameFile(std::string_view name, const std::vector<std::string_view>& endings) {
-  const size_t digits = name.find_first_not_of("0123456789");
-  return digits != std::string_view::npos && digits >= 6 &&
-         std::find(endings.begin(), endings.end(), name.substr(digits)) != endings.end();
-}
-
-// Whether `name` is the page, its data, or an image of a figure that the data name.
-bool IsPlotFile(std::string_view name, const std::string& figures) {
-  if (name == "figures.json" || name == "index.html" || name == "plot.log") return true;
-  const fs::path path(name);
-  return (path.extension() == ".svg" || path.extension() == ".png") &&
-         figures.find(absl::StrCat("\"", path.stem().string(), "\"")) != std::string::npos;
-}
-
-bool IsLogFile(std::string_view name) { return name.ends_with(".jsonl"); }
 
 absl::Status Remove(const fs::path& path) {
   std::error_code error;
@@ -66,35 +43,6 @@ absl::Status Remove(const fs::path& path) {
   if (!error) return absl::OkStatus();
   return absl::PermissionDeniedError(absl::StrCat(
       "cannot remove ", path.string(), ": ", error.message(), "; choose another folder for --out"));
-}
-
-// Removes the files of `folder` that satisfy `is_ours`, and their temporary files. Directories and
-// links are never files of the program.
-template <typename IsOurs>
-absl::Status RemoveFiles(const fs::path& root, const std::string& folder, const IsOurs& is_ours,
-                         std::vector<std::string>& left) {
-  std::error_code error;
-  const fs::file_status status = fs::symlink_status(root / folder, error);
-  if (!fs::exists(status)) return absl::OkStatus();
-  if (!fs::is_directory(status)) {
-    left.push_back(folder);
-    return absl::OkStatus();
-  }
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> names,
-                            ListFolder((root / folder).string()));
-  for (const std::string& name : names) {
-    const fs::path path = root / folder / name;
-    const std::string_view whole = NameOfTemporary(name);
-    if (is_ours(whole.empty() ? std::string_view(name) : whole) &&
-        fs::is_regular_file(fs::symlink_status(path, error))) {
-      EGOSIEVE_RETURN_IF_ERROR(Remove(path));
-    } else {
-      left.push_back(folder.empty() ? name : absl::StrCat(folder, "/", name));
-    }
-  }
-  // Empty folders are removed, too.
-  if (!folder.empty()) fs::remove(root / folder, error);
-  return absl::OkStatus();
 }
 
 // Resolves all links; of a path that does not exist, those of its existing part.
@@ -114,44 +62,40 @@ bool LiesIn(const fs::path& path, const fs::path& folder) {
 
 absl::StatusOr<std::vector<std::string>> RemoveFormerRun(const std::string& path) {
   const fs::path root(path);
-  std::vector<std::string> left;
-  std::string figures;
-  if (absl::StatusOr<std::string> text = ReadFile((root / "plots/figures.json").string());
-      text.ok()) {
-    figures = *std::move(text);
-  }
-  EGOSIEVE_RETURN_IF_ERROR(RemoveFiles(
-      root, "plots", [&](std::string_view name) { return IsPlotFile(name, figures); }, left));
-  EGOSIEVE_RETURN_IF_ERROR(RemoveFiles(root, "log", IsLogFile, left));
-  std::vector<std::string> folders = {"plots", "log"};
-  for (const FrameFolder& folder : FrameFolders()) {
-    EGOSIEVE_RETURN_IF_ERROR(RemoveFiles(
-        root, folder.name, [&](std::string_view name) { return IsFrameFile(name, folder.endings); },
-        left));
-    folders.push_back(folder.name);
-  }
-  std::vector<std::string> beside;
-  EGOSIEVE_RETURN_IF_ERROR(RemoveFiles(
-      root, "",
-      [](std::string_view name) {
-        return std::find(kFiles.begin(), kFiles.end(), name) != kFiles.end();
-      },
-      beside));
-  for (const std::string& name : beside) {
-    if (FolderLock::IsLockFile(name)) continue;
-    const bool is_ours = name == kDescription || NameOfTemporary(name) == kDescription;
-    if (is_ours) EGOSIEVE_RETURN_IF_ERROR(Remove(root / name));
-    if (!is_ours && std::find(folders.begin(), folders.end(), name) == folders.end()) {
-      left.push_back(name);
+  std::vector<std::string> left, last;
+  std::vector<fs::path> folders(std::begin(kFolders), std::end(kFolders));
+  folders.emplace_back();
+  for (const fs::path& folder : folders) {
+    std::error_code error;
+    if (!fs::is_directory(fs::symlink_status(root / folder, error))) continue;
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> names,
+                              ListFolder((root / folder).string()));
+    for (const std::string& name : names) {
+      const std::string_view whole = NameOfTemporary(name);
+      const fs::path file = folder / name, own = folder / (whole.empty() ? name : whole);
+      const fs::file_status status = fs::symlink_status(root / file, error);
+      if (IsOwnPath(own.string()) && fs::is_regular_file(status)) {
+        if (own == kDescription) {
+          last.push_back(name);
+        } else {
+          EGOSIEVE_RETURN_IF_ERROR(Remove(root / file));
+        }
+      } else if (!FolderLock::IsLockFile(file.string()) &&
+                 !(fs::is_directory(status) && std::ranges::count(kFolders, file.string()) > 0)) {
+        left.push_back(file.string());
+      }
     }
+    // Empty folders are removed, too.
+    if (!folder.empty()) fs::remove(root / folder, error);
   }
+  for (const std::string& name : last) EGOSIEVE_RETURN_IF_ERROR(Remove(root / name));
   return left;
 }
 
 void RemoveAbandonedFiles(const std::string& path) {
   kernels::RemoveAbandonedTemporaries(path);
-  for (const FrameFolder& folder : FrameFolders()) {
-    kernels::RemoveAbandonedTemporaries((fs::path(path) / folder.name).string());
+  for (const char* folder : kFolders) {
+    kernels::RemoveAbandonedTemporaries(absl::StrCat(path, "/", folder));
   }
 }
 

@@ -28,8 +28,7 @@ struct FrameLine {
   };
 
   int64_t index = 0;  // in the input, from 0
-  // The picture's name (FrameSource::image_name), read from a log as in json_name.h; empty in older
-  // runs.
+  // The picture's name (FrameSource::image_name), read from a log as in json_name.h.
   std::string image;
   double time_seconds = 0.0;
   Outcome outcome = Outcome::kAnswered;
@@ -82,7 +81,5 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const nlohmann::ordered_json& json);
 // NaN.
 std::string ToText(const FrameLine& line);
 absl::StatusOr<FrameLine> FrameLineFromText(absl::string_view line);
-
-const char* OutcomeName(FrameLine::Outcome outcome);
 
 }  // namespace egosieve::tools

@@ -22,19 +22,50 @@ absl::Status CheckFormat(const Json& json) {
   }
   int format = 0;
   JsonFields fields(json, "run.json");
-  fields.Read("format_version", format);
+  fields.Field("format_version", format);
   EGOSIEVE_RETURN_IF_ERROR(fields.status());
-  if (format > kRunFormat) {
+  if (format != kRunFormat) {
     return absl::FailedPreconditionError(
-        absl::StrCat("its format ", format, " is newer than this program's ", kRunFormat,
-                     "; use the version of egosieve that wrote it"));
-  }
-  if (format < kRunFormat) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("its format ", format, " is older than this program's ", kRunFormat,
+        absl::StrCat("its format is ", format, ", this program's ", kRunFormat,
                      "; segment the drive again, or use the version of egosieve that wrote it"));
   }
   return absl::OkStatus();
+}
+
+template <typename Description, typename Fields>
+void WalkRun(Description& run, Fields& fields) {
+  auto& grid = run.grid;
+  fields.Told("format", [] { return kFormatName; });
+  fields.Told("format_version", [] { return kRunFormat; });
+  fields.Field("version", run.version);
+  fields.Field("flags", run.flags);
+  fields.Field("device", run.device);
+  fields.Field("seed", run.seed);
+  fields.Object("input", [&](auto& input) {
+    input.Field("path", run.input.path);
+    input.Field("kind", run.input.kind);
+    input.Field("fingerprint", run.input.fingerprint);
+    input.Field("width_pixels", grid.width);
+    input.Field("height_pixels", grid.height);
+    input.Optional("remarks", run.input.remarks);
+  });
+  fields.Object("maps", [&](auto& maps) {
+    maps.Field("stride_pixels", grid.stride);
+    maps.Told("columns", [&] { return grid.columns(); });
+    maps.Told("rows", [&] { return grid.rows(); });
+    maps.Told("probability", [] { return "value / 65535"; });
+    maps.Told("deviation",
+              [] { return "of the latent function: value / 65535 * deviation_full_scale"; });
+    maps.Field("deviation_full_scale", run.deviation_full_scale);
+  });
+  fields.Field("ended", run.ended);
+  fields.Field("ended_message", run.ended_message);
+  fields.Field("frames_answered", run.frames_answered);
+  fields.Field("frames_learnt", run.frames_learnt);
+  fields.Field("frames_failed", run.frames_failed);
+  fields.Field("seconds", run.seconds);
+  fields.Field("started_utc", run.started_utc);
+  fields.Field("finished_utc", run.finished_utc);
 }
 
 std::string Quoted(const std::map<std::string, std::string>& flags, const std::string& name) {
@@ -49,38 +80,9 @@ std::string Difference(const std::string& what, const std::string& before, const
 }  // namespace
 
 std::string ToText(const RunDescription& description) {
-  const kernels::ImageGrid& grid = description.grid;
-  Json json = {
-      {"format", kFormatName},
-      {"format_version", kRunFormat},
-      {"version", description.version},
-      {"flags", description.flags},
-      {"device", description.device},
-      {"seed", description.seed},
-      {"input",
-       {{"path", JsonName(description.input.path)},
-        {"kind", description.input.kind},
-        {"fingerprint", description.input.fingerprint},
-        {"width_pixels", grid.width},
-        {"height_pixels", grid.height}}},
-      {"maps",
-       {{"stride_pixels", grid.stride},
-        {"columns", grid.columns()},
-        {"rows", grid.rows()},
-        {"probability", "value / 65535"},
-        {"deviation", "of the latent function: value / 65535 * deviation_full_scale"},
-        {"deviation_full_scale", description.deviation_full_scale}}},
-      {"ended", description.ended},
-      {"ended_message", description.ended_message},
-      {"frames_answered", description.frames_answered},
-      {"frames_learnt", description.frames_learnt},
-      {"frames_failed", description.frames_failed},
-      {"seconds", description.seconds},
-      {"started_utc", description.started_utc},
-      {"finished_utc", description.finished_utc},
-  };
-  if (!description.input.remarks.empty()) json["input"]["remarks"] = description.input.remarks;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  JsonWriter fields;
+  WalkRun(description, fields);
+  return fields.json().dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text) {
@@ -91,32 +93,9 @@ absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text) {
   EGOSIEVE_RETURN_IF_ERROR(CheckFormat(json));
   RunDescription description;
   JsonFields fields(json, "it");
-  fields.Read("version", description.version);
-  fields.Read("flags", description.flags);
-  fields.Read("device", description.device);
-  fields.Read("seed", description.seed);
-  JsonFields input(fields.Object("input"), "its 'input'");
-  input.Read("path", description.input.path);
-  description.input.path = NameFromJson(description.input.path);
-  input.Read("kind", description.input.kind);
-  input.Read("fingerprint", description.input.fingerprint);
-  input.ReadIfThere("remarks", description.input.remarks);
-  input.Read("width_pixels", description.grid.width);
-  input.Read("height_pixels", description.grid.height);
-  JsonFields maps(fields.Object("maps"), "its 'maps'");
-  maps.Read("stride_pixels", description.grid.stride);
-  maps.Read("deviation_full_scale", description.deviation_full_scale);
-  fields.Read("ended", description.ended);
-  fields.Read("ended_message", description.ended_message);
-  fields.Read("frames_answered", description.frames_answered);
-  fields.Read("frames_learnt", description.frames_learnt);
-  fields.Read("frames_failed", description.frames_failed);
-  fields.Read("seconds", description.seconds);
-  fields.Read("started_utc", description.started_utc);
-  fields.Read("finished_utc", description.finished_utc);
+  WalkRun(description, fields);
   EGOSIEVE_RETURN_IF_ERROR(fields.status());
-  EGOSIEVE_RETURN_IF_ERROR(input.status());
-  EGOSIEVE_RETURN_IF_ERROR(maps.status());
+  description.input.path = NameFromJson(description.input.path);
   if (const absl::Status grid = description.grid.Validate(); !grid.ok()) {
     return absl::DataLossError(grid.message());
   }

@@ -72,6 +72,13 @@ cv::Mat1b IgnoredIn(const FrameLine& line, const cv::Mat1b& ignored) {
   return ignored.size() == size ? ignored.clone() : cv::Mat1b(size, uint8_t{0});
 }
 
+std::string FinishedUtc(const std::string& out) {
+  const absl::StatusOr<RunFolder> folder = RunFolder::Open(out);
+  if (!folder.ok()) return "";
+  const absl::StatusOr<RunDescription> description = folder->ReadDescription();
+  return description.ok() && description->ended == "done" ? description->finished_utc : "";
+}
+
 kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description) {
   return {line.width_pixels, line.height_pixels, description.grid.stride};
 }

@@ -111,4 +111,7 @@ class RunFolder {
   std::string path_;
 };
 
+// When the run in `path` ended with all its frames; empty if it has not, or if there is none.
+std::string FinishedUtc(const std::string& path);
+
 }  // namespace egosieve::tools

@@ -26,6 +26,13 @@ std::string KindOf(const std::string& path) {
   return vision::HasListExtension(path) ? "list" : "video";
 }
 
+void TakeFirst(const cv::Mat& image, DriveInput& input) {
+  input.width_pixels = image.cols;
+  input.height_pixels = image.rows;
+  input.description.fingerprint =
+      absl::StrCat(Fingerprint(image), "-", input.frames->expected_frame_count());
+}
+
 }  // namespace
 
 // The Fowler-Noll-Vo hash, 64 bits.
@@ -66,13 +73,9 @@ absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
       damage = damaged->reason;
       continue;
     }
-    const cv::Mat& image = std::get<vision::Frame>(*read).image;
-    input.width_pixels = image.cols;
-    input.height_pixels = image.rows;
+    TakeFirst(std::get<vision::Frame>(*read).image, input);
     input.description.path = fs::absolute(path).lexically_normal().string();
     input.description.kind = KindOf(path);
-    input.description.fingerprint =
-        absl::StrCat(Fingerprint(image), "-", input.frames->expected_frame_count());
     input.description.remarks = input.frames->remarks();
     return input;
   }
@@ -85,12 +88,10 @@ absl::StatusOr<DriveInput> OpenLiveInput(const std::string& address) {
   input.frames = *std::move(frames);
   const absl::StatusOr<vision::FrameRead> first = input.frames->Next();
   if (!first.ok()) return AsInputError(first.status());
-  const cv::Mat& image = std::get<vision::Frame>(*first).image;
-  input.width_pixels = image.cols;
-  input.height_pixels = image.rows;
+  TakeFirst(std::get<vision::Frame>(*first).image, input);
   input.is_live = true;
-  input.description = {input.frames->description(), "stream",
-                       absl::StrCat(Fingerprint(image), "--1")};
+  input.description.path = input.frames->description();
+  input.description.kind = "stream";
   EGOSIEVE_RETURN_IF_ERROR(AsInputError(input.frames->SeekTo(0)));
   return input;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/segment/resume.h"
 #include "tools/segment/trajectory_file.h"
@@ -42,8 +43,7 @@ std::vector<std::pair<std::string, double>> MakeShares(
   return shares;
 }
 
-}  // namespace
-
+// 16-bit images of a map, as RunFolder writes them; views of `map`.
 FrameMaps MakeMaps(const vision::SegmentationMap& map) {
   const auto as_image = [&](const std::vector<float>& values) {
     return cv::Mat1f(map.grid.rows(), map.grid.columns(), const_cast<float*>(values.data()));
@@ -51,22 +51,7 @@ FrameMaps MakeMaps(const vision::SegmentationMap& map) {
   return {as_image(map.probability), as_image(map.deviation)};
 }
 
-absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line) {
-  for (const MapFile& file : kMapFiles) {
-    const absl::StatusOr<std::string> png =
-        ReadFile(folder.FrameFile(file.folder, before.index, file.suffix));
-    if (absl::IsNotFound(png.status()) && &file != std::end(kMapFiles) - 1) continue;
-    EGOSIEVE_RETURN_IF_ERROR(png.status());
-    EGOSIEVE_RETURN_IF_ERROR(
-        WriteFileAtomically(folder.FrameFile(file.folder, line.index, file.suffix), *png));
-  }
-  line.width_pixels = before.width_pixels;
-  line.height_pixels = before.height_pixels;
-  line.dynamic_share = before.dynamic_share;
-  line.expected_overlap = before.expected_overlap;
-  line.map_device = before.map_device;
-  return absl::OkStatus();
-}
+}  // namespace
 
 std::string UtcNow() {
   const std::time_t now = std::time(nullptr);
@@ -116,20 +101,12 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame) {
   return line;
 }
 
-absl::StatusOr<DriveWriter> DriveWriter::Start(const RunFolder& folder,
-                                               const RunDescription& description,
-                                               std::string device) {
+absl::StatusOr<DriveWriter> DriveWriter::Open(const RunFolder& folder,
+                                              const RunDescription& description,
+                                              const std::vector<FrameLine>& lines,
+                                              std::string device) {
   EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
-  EGOSIEVE_ASSIGN_OR_RETURN(LineLog log, folder.OpenLog());
-  return DriveWriter(folder, description, std::move(log), std::move(device));
-}
-
-absl::StatusOr<DriveWriter> DriveWriter::Continue(const RunFolder& folder,
-                                                  const RunDescription& description,
-                                                  const std::vector<FrameLine>& lines,
-                                                  std::string device) {
-  EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
-  EGOSIEVE_RETURN_IF_ERROR(folder.OpenLog().status());  // creates it if a kill prevented that
+  EGOSIEVE_RETURN_IF_ERROR(folder.OpenLog().status());  // creates it where there is none
   EGOSIEVE_ASSIGN_OR_RETURN(
       LineLog log,
       LineLog::OpenTruncated(folder.File("frames.jsonl"), static_cast<int64_t>(lines.size())));
@@ -146,7 +123,22 @@ absl::Status DriveWriter::AnswerFromBefore(FrameLine& line) const {
   line.theta = last_line_.theta;
   line.a = last_line_.a;
   line.b = last_line_.b;
-  return last_with_map_.has_map() ? CopyMaps(folder_, last_with_map_, line) : absl::OkStatus();
+  const FrameLine& before = last_with_map_;
+  if (!before.has_map()) return absl::OkStatus();
+  for (const MapFile& file : kMapFiles) {
+    const absl::StatusOr<std::string> png =
+        ReadFile(folder_.FrameFile(file.folder, before.index, file.suffix));
+    if (absl::IsNotFound(png.status()) && &file != std::end(kMapFiles) - 1) continue;
+    EGOSIEVE_RETURN_IF_ERROR(png.status());
+    EGOSIEVE_RETURN_IF_ERROR(
+        WriteFileAtomically(folder_.FrameFile(file.folder, line.index, file.suffix), *png));
+  }
+  line.width_pixels = before.width_pixels;
+  line.height_pixels = before.height_pixels;
+  line.dynamic_share = before.dynamic_share;
+  line.expected_overlap = before.expected_overlap;
+  line.map_device = before.map_device;
+  return absl::OkStatus();
 }
 
 void DriveWriter::Counts::Add(const FrameLine& line) {
@@ -203,6 +195,40 @@ absl::Status DriveWriter::Finish(const std::string& ended, const std::string& me
   description_.finished_utc = UtcNow();
   EGOSIEVE_RETURN_IF_ERROR(WriteTrajectory(folder_));
   return folder_.WriteDescription(description_);
+}
+
+RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning) {
+  RunVerdict verdict;
+  if (counts.other_sizes > 0) {
+    verdict.warnings.push_back(
+        absl::StrCat(counts.other_sizes, " of ", counts.answered,
+                     " frames are of another size than the first; their maps have their size"));
+  }
+  const std::string too_few = counts.doubtful.TooFewLearnt();
+  const bool learnt_nothing = counts.answered > 0 && counts.learnt == 0;
+  if (learnt_nothing) {
+    verdict.warnings.push_back(
+        absl::StrCat("nothing was learnt, so every map is the prior: ", counts.last_not_learnt,
+                     "; give frames of a moving camera, two at least"));
+  } else if (!too_few.empty()) {
+    verdict.warnings.push_back(absl::StrCat(too_few, "; the masks are not to be relied on"));
+  } else if (const std::string sparse = counts.baselines.Describe(); !sparse.empty()) {
+    verdict.warnings.push_back(sparse);
+  }
+  bool failed = counts.failed > 0 || learnt_nothing || !too_few.empty();
+  if (counts.failed > 0) {
+    verdict.warnings.push_back(
+        absl::StrCat(counts.failed,
+                     " frames could not be read and have the map of the frame "
+                     "before: ",
+                     counts.first_failure));
+  }
+  if (!end_warning.empty()) {
+    verdict.warnings.push_back(end_warning);
+    failed = true;
+  }
+  if (failed) verdict.code = ExitCode::kFramesFailed;
+  return verdict;
 }
 
 }  // namespace egosieve::tools

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "tools/cli/exit_code.h"
 #include "tools/run_folder/baselines.h"
 #include "tools/run_folder/doubtful_frames.h"
 #include "tools/run_folder/run_folder.h"
@@ -17,12 +18,6 @@ namespace egosieve::tools {
 
 // A frame's line, without its time for `writing` and its number of saturated deviations.
 FrameLine MakeLine(const vision::SegmentedFrame& frame);
-
-// 16-bit images of a map, as RunFolder writes them; views of `map`.
-FrameMaps MakeMaps(const vision::SegmentationMap& map);
-
-// Gives `line`, of a frame that could not be read, the map of `before`, which has one.
-absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line);
 
 class DriveWriter {
  public:
@@ -43,16 +38,11 @@ class DriveWriter {
     void Add(const FrameLine& line);
   };
 
-  // device: the one that computes; lines name it if it is not the run's. `folder` is that of a new
-  // run; `description` is written as it is.
-  static absl::StatusOr<DriveWriter> Start(const RunFolder& folder,
-                                           const RunDescription& description, std::string device);
-
-  // `folder` holds a run that keeps `lines`: the log is cut after them.
-  static absl::StatusOr<DriveWriter> Continue(const RunFolder& folder,
-                                              const RunDescription& description,
-                                              const std::vector<FrameLine>& lines,
-                                              std::string device);
+  // A new run, or one of `lines`, after which its log is cut. `description` is written as it is.
+  // device: the one that computes; lines name it if it is not the run's.
+  static absl::StatusOr<DriveWriter> Open(const RunFolder& folder,
+                                          const RunDescription& description,
+                                          const std::vector<FrameLine>& lines, std::string device);
 
   // Writes the maps, the line, and the checkpoint if there is one, in this order. After
   // an error the folder holds the frames before this one. image: the picture's name, for the line.
@@ -88,5 +78,16 @@ class DriveWriter {
 
 // The present time in ISO 8601, to the second.
 std::string UtcNow();
+
+// Warnings, one line each, and exit code of a run that reached its end: kFramesFailed if frames
+// could not be read, if a video ended early, or if the model learnt from nothing or from fewer than
+// half of the frames (tools/run_folder/doubtful_frames.h).
+struct RunVerdict {
+  ExitCode code = ExitCode::kDone;
+  std::vector<std::string> warnings;
+};
+
+// end_warning: EndOfFrames::warning, empty if there is none.
+RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning);
 
 }  // namespace egosieve::tools

@@ -8,10 +8,11 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/atomic_file.h"
-#include "tools/segment/camera_file.h"
+#include "tools/run_folder/json_fields.h"
 
 namespace egosieve::tools {
 namespace {
@@ -60,6 +61,22 @@ absl::StatusOr<double> FocalRatioOfColmap(absl::string_view text) {
     if (!line.empty() && line[0] != '#') return FocalRatioOfLine(line);
   }
   return absl::DataLossError("there is no camera in it");
+}
+
+absl::StatusOr<double> FocalRatioOfCamera(absl::string_view json) {
+  const nlohmann::ordered_json parsed =
+      nlohmann::ordered_json::parse(json.begin(), json.end(), nullptr, false);
+  double focal = 0.0, width = 0.0, height = 0.0;
+  JsonFields fields(parsed, "the camera");
+  fields.Field("focal_pixels", focal);
+  fields.Field("width", width);
+  fields.Field("height", height);
+  EGOSIEVE_RETURN_IF_ERROR(fields.status());
+  if (!(focal > 0.0) || !(width > 0.0)) {
+    return absl::DataLossError(absl::StrFormat(
+        "the camera: focal_pixels = %g, width = %g; they must be positive", focal, width));
+  }
+  return focal / std::max(width, height);
 }
 
 absl::StatusOr<double> ReadFocalRatio(const std::string& path) {

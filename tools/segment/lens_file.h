@@ -15,7 +15,8 @@ namespace egosieve::tools {
 // Focal length over the longer side. DataLoss, naming the error.
 absl::StatusOr<double> ReadFocalRatio(const std::string& path);
 
-// The same for the text of a cameras.txt.
+// The same for the text of a cameras.txt, and of a camera.json.
 absl::StatusOr<double> FocalRatioOfColmap(absl::string_view text);
+absl::StatusOr<double> FocalRatioOfCamera(absl::string_view json);
 
 }  // namespace egosieve::tools

@@ -7,13 +7,9 @@
 #include <utility>
 #include <variant>
 
-#include "absl/status/status.h"
 #include "absl/strings/numbers.h"
-#include "absl/strings/str_cat.h"
 #include "gp/io/model_file.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/files/atomic_file.h"
-#include "tools/cli/warning.h"
 #include "vision/frame/repeated_picture.h"
 
 namespace egosieve::tools {
@@ -64,21 +60,6 @@ absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& folder,
-                                                              int64_t last) {
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> checkpoints, ListCheckpoints(folder));
-  for (; !checkpoints.empty(); checkpoints.pop_back()) {
-    const int64_t index = checkpoints.back();
-    if (index > last) continue;
-    EGOSIEVE_ASSIGN_OR_RETURN(std::string bytes,
-                              ReadFile(folder.FrameFile("model", index, kSuffix)));
-    if (gp::ParseModel(bytes).ok()) {
-      return std::make_optional(CheckpointBytes{index + 1, std::move(bytes)});
-    }
-  }
-  return std::optional<CheckpointBytes>();
-}
-
 absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder) {
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadSegmentedLines());
   const auto is_whole = [&](const FrameLine& line) {
@@ -88,28 +69,19 @@ absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder) {
   return lines;
 }
 
-absl::Status CheckSameRun(const RunDescription& before, const RunDescription& now,
-                          bool has_other_device, const std::string& directory) {
-  const std::string difference = DescribeDifference(before, now);
-  if (difference.empty()) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      absl::StrCat("the run in ", directory, " is another: ", difference,
-                   has_other_device ? "; give it the same, choose another folder for --out, or add "
-                                      "--allow_other_device"
-                                    : "; give it the same, or choose another folder for --out"));
-}
-
 absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from,
                                             std::vector<FrameLine> lines) {
   ResumePoint point;
   point.next_frame = from;
-  if (!lines.empty()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(std::optional<CheckpointBytes> checkpoint,
-                              FindCheckpoint(folder, lines.back().index));
-    if (checkpoint.has_value()) {
-      point.checkpoint = std::move(checkpoint->bytes);
-      point.next_frame = checkpoint->next_frame;
-    }
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> checkpoints, ListCheckpoints(folder));
+  for (; !checkpoints.empty() && point.checkpoint.empty(); checkpoints.pop_back()) {
+    const int64_t index = checkpoints.back();
+    if (lines.empty() || index > lines.back().index) continue;
+    EGOSIEVE_ASSIGN_OR_RETURN(std::string bytes,
+                              ReadFile(folder.FrameFile("model", index, kSuffix)));
+    if (!gp::ParseModel(bytes).ok()) continue;
+    point.checkpoint = std::move(bytes);
+    point.next_frame = index + 1;
   }
   for (FrameLine& line : lines) {
     if (line.index < point.next_frame) point.lines.push_back(std::move(line));
@@ -137,26 +109,6 @@ absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource&
       if (recent.size() > static_cast<size_t>(count)) recent.pop_front();
       return std::vector<vision::Frame>(recent.begin(), recent.end());
     }
-  }
-}
-
-bool IsComplete(int64_t next, int64_t step, int64_t end, vision::FrameSource& source,
-                std::string& warning) {
-  if (end < 0 || next < end) {
-    if (!source.SeekTo(next).ok()) return false;
-    const absl::StatusOr<vision::FrameRead> read = source.Next();
-    if (!read.ok() || !std::holds_alternative<vision::EndOfFrames>(*read)) return false;
-    warning = std::get<vision::EndOfFrames>(*read).warning;
-  } else if (next >= end + step) {
-    Warn(absl::StrCat("the run goes on to frame ", next - step,
-                      " already, beyond what --max_frames or --to asks for; its frames stay"));
-  }
-  return true;
-}
-
-void RemoveAbandonedFiles(const RunFolder& folder) {
-  for (const char* name : {"", "grid", "model"}) {
-    kernels::RemoveAbandonedTemporaries(folder.File(name));
   }
 }
 

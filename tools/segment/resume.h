@@ -7,7 +7,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,23 +20,8 @@ namespace egosieve::tools {
 // Writes the checkpoint after frame `index`; removes all but the last two.
 absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes);
 
-struct CheckpointBytes {
-  int64_t next_frame = 0;  // the frame after the checkpoint
-  std::string bytes;
-};
-
-// The newest complete checkpoint after a frame of at most `last`; absent if there is none. Errors
-// if one cannot be read.
-absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& folder,
-                                                              int64_t last);
-
 // The lines of the run before the first line with a missing or empty map.
 absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder);
-
-// FailedPrecondition, naming the difference and the remedy, if the run `before` in `directory`
-// differs from the run that `now` describes. has_other_device: whether the device differs.
-absl::Status CheckSameRun(const RunDescription& before, const RunDescription& now,
-                          bool has_other_device, const std::string& directory);
 
 struct ResumePoint {
   int64_t next_frame = 0;        // index of the first frame to segment
@@ -45,7 +29,7 @@ struct ResumePoint {
   std::vector<FrameLine> lines;  // of the frames before next_frame
 };
 
-// `from`: the run's first frame. `lines`: its complete lines.
+// `from`: the run's first frame. `lines`: its complete lines. Errors if a checkpoint cannot be read.
 absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from,
                                             std::vector<FrameLine> lines);
 
@@ -53,16 +37,6 @@ absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t fro
 // if there are fewer. Leaves the source at any frame.
 absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
                                                             int64_t from, int64_t last, int count);
-
-// Whether a run that ended has all its frames; they are `step` apart, and `next` would be the next
-// one. end: the index after the last frame wanted, and a run that goes beyond it is a warning on
-// stderr; -1: the source's end, and `warning` is that of its end. Leaves the source at any frame.
-bool IsComplete(int64_t next, int64_t step, int64_t end, vision::FrameSource& source,
-                std::string& warning);
-
-// Removes temporary files of killed programs from the run folder. Those of running programs are
-// locked and stay.
-void RemoveAbandonedFiles(const RunFolder& folder);
 
 // Removes the checkpoints of frames from `next_frame` on, because those frames are written again.
 // Of the others, all but the last two are removed: a kill between the writing of one and the

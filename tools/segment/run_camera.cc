@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
@@ -11,7 +12,7 @@
 #include "kernels/files/atomic_file.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
-#include "tools/segment/camera_file.h"
+#include "tools/segment/lens_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -28,9 +29,13 @@ std::string FileIn(const std::string& directory, const char* name) {
   return absl::StrCat(directory, "/", name);
 }
 
-absl::Status WriteIfAny(const std::string& path, const cv::Mat1b& image) {
-  return image.empty() ? absl::OkStatus() : WritePng(path, image);
-}
+struct CameraImage {
+  const char* file;
+  cv::Mat1b RunCamera::*image;
+};
+constexpr CameraImage kImages[] = {{RunFolder::kOwnVehicle, &RunCamera::own_vehicle},
+                                   {RunFolder::kFixedPattern, &RunCamera::fixed_pattern},
+                                   {RunFolder::kWindscreen, &RunCamera::windscreen}};
 
 // A missing or invalid entry gives the default prior.
 vision::TravelPrior ParseTravel(const nlohmann::json& camera) {
@@ -94,31 +99,22 @@ absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& direct
                                             "; start the run anew with --overwrite"));
   }
   const nlohmann::json parsed = nlohmann::json::parse(camera->text);
-  if (parsed.value(kOwnVehicleShare, 0.0) > 0.0) {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        camera->own_vehicle,
-        ReadImage(FileIn(directory, RunFolder::kOwnVehicle), cv::IMREAD_GRAYSCALE));
-  }
-  if (parsed.value(kHasFixedPattern, false)) {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        camera->fixed_pattern,
-        ReadImage(FileIn(directory, RunFolder::kFixedPattern), cv::IMREAD_GRAYSCALE));
-  }
-  if (parsed.value(kHasWindscreen, false)) {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        camera->windscreen,
-        ReadImage(FileIn(directory, RunFolder::kWindscreen), cv::IMREAD_GRAYSCALE));
+  const bool is_there[] = {parsed.value(kOwnVehicleShare, 0.0) > 0.0,
+                           parsed.value(kHasFixedPattern, false),
+                           parsed.value(kHasWindscreen, false)};
+  for (size_t i = 0; i < std::size(kImages); ++i) {
+    if (!is_there[i]) continue;
+    EGOSIEVE_ASSIGN_OR_RETURN((*camera).*kImages[i].image,
+                              ReadImage(FileIn(directory, kImages[i].file), cv::IMREAD_GRAYSCALE));
   }
   return std::make_optional(*std::move(camera));
 }
 
 absl::Status WriteRunCamera(const std::string& directory, const RunCamera& camera) {
-  EGOSIEVE_RETURN_IF_ERROR(
-      WriteIfAny(FileIn(directory, RunFolder::kOwnVehicle), camera.own_vehicle));
-  EGOSIEVE_RETURN_IF_ERROR(
-      WriteIfAny(FileIn(directory, RunFolder::kFixedPattern), camera.fixed_pattern));
-  EGOSIEVE_RETURN_IF_ERROR(
-      WriteIfAny(FileIn(directory, RunFolder::kWindscreen), camera.windscreen));
+  for (const auto& [file, image] : kImages) {
+    if ((camera.*image).empty()) continue;
+    EGOSIEVE_RETURN_IF_ERROR(WritePng(FileIn(directory, file), camera.*image));
+  }
   return kernels::WriteFileAtomically(FileIn(directory, kCamera), camera.text);
 }
 

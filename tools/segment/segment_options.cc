@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "tools/cli/checks.h"
+#include "tools/cli/research_flag.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -14,6 +15,7 @@ namespace {
 
 using Kind = SegmentOption::Kind;
 using Settings = SegmentSettings;
+using vision::OnlineSegmenterOptions;
 
 constexpr int64_t kInputs = 6;              // of a descriptor: place, mean and colours
 constexpr int64_t kUnlimitedAge = 1000000;  // frames
@@ -108,8 +110,23 @@ SegmentOption Untold(SegmentOption option) {
   return option;
 }
 
-std::vector<SegmentOption> MapFlags() {
+std::vector<SegmentOption> MakeOptions() {
+  SegmentOption inducing = Number(
+      Kind::kResearch, "inducing_points", "POINTS", "Inducing points of the sparse model at most",
+      Between(1, 4096),
+      [](auto& s) -> auto& { return s.segmenter.learner.model.sparse.inducing_points; });
+  inducing.get = [tell = inducing.get](const Settings& s) {
+    return s.segmenter.learner.model.kind == vision::ModelKind::kSparse ? tell(s) : "none";
+  };
+  SegmentOption age = Number(
+      Kind::kResearch, "dynamic_age", "FRAMES", "Frames for which moving points stay in the model",
+      Between(int64_t{0}, kUnlimitedAge),
+      [](auto& s) -> auto& { return s.segmenter.learner.budget.maximum_positive_age; });
+  age.get = [](const Settings& s) {
+    return ToText(std::min(s.segmenter.learner.budget.maximum_positive_age, kUnlimitedAge));
+  };
   return {
+      // The map.
       {Kind::kFlag, "seed", "NUMBER", "Seed of all random numbers", AtLeast<int64_t>(0),
        [](const std::string& text, Settings& s) { s.segmenter.SetSeed(std::stoull(text)); },
        [](const Settings& s) { return absl::StrCat(s.segmenter.labeller.seed); }},
@@ -124,11 +141,7 @@ std::vector<SegmentOption> MapFlags() {
           Kind::kFlag, "ahead", "FRAMES",
           "Frames after the current one that its labels may use; 0: none, as for a live camera",
           Between(0, 100), [](auto& s) -> auto& { return s.segmenter.ahead_frames; }),
-  };
-}
-
-std::vector<SegmentOption> CameraFlags() {
-  return {
+      // The camera.
       File(
           Kind::kFlag, "camera", "FILE",
           "The focal length: a run's camera.json, or a file of its focal_pixels, width and "
@@ -151,11 +164,7 @@ std::vector<SegmentOption> CameraFlags() {
           "travel and what is fixed in the image; off: learn the focal length on the way, as for "
           "a live camera",
           [](auto& s) -> auto& { return s.camera.has_first_pass; }),
-  };
-}
-
-std::vector<SegmentOption> ScheduleFlags() {
-  return {
+      // Which frames.
       Number(
           Kind::kFlag, "checkpoint_every", "FRAMES",
           "Frames between checkpoints, from which --resume continues; 0: none", AtLeast<int64_t>(0),
@@ -187,18 +196,7 @@ std::vector<SegmentOption> ScheduleFlags() {
       Untold(Number(
           Kind::kFlag, "max_frames", "FRAMES", "Frames to segment at most; 0: no limit",
           AtLeast<int64_t>(0), [](auto& s) -> auto& { return s.schedule.max_frames; })),
-  };
-}
-
-std::vector<SegmentOption> ModelSettings() {
-  SegmentOption inducing = Number(
-      Kind::kResearch, "inducing_points", "POINTS", "Inducing points of the sparse model at most",
-      Between(1, 4096),
-      [](auto& s) -> auto& { return s.segmenter.learner.model.sparse.inducing_points; });
-  inducing.get = [tell = inducing.get](const Settings& s) {
-    return s.segmenter.learner.model.kind == vision::ModelKind::kSparse ? tell(s) : "none";
-  };
-  return {
+      // The model.
       Word(
           Kind::kResearch, "model",
           "exact: the paper's; sparse: through inducing points, with which every pixel "
@@ -221,18 +219,7 @@ std::vector<SegmentOption> ModelSettings() {
           Kind::kResearch, "window", "PIXELS",
           "Side of the square window over which a descriptor's intensities are averaged; odd",
           Between(1, 255), [](auto& s) -> auto& { return s.segmenter.descriptor.window_pixels; }),
-  };
-}
-
-std::vector<SegmentOption> PointSettings() {
-  SegmentOption age = Number(
-      Kind::kResearch, "dynamic_age", "FRAMES", "Frames for which moving points stay in the model",
-      Between(int64_t{0}, kUnlimitedAge),
-      [](auto& s) -> auto& { return s.segmenter.learner.budget.maximum_positive_age; });
-  age.get = [](const Settings& s) {
-    return ToText(std::min(s.segmenter.learner.budget.maximum_positive_age, kUnlimitedAge));
-  };
-  return {
+      // Its points.
       {Kind::kResearch, "density", "DISTANCE",
        "Distance between descriptors below which points of one class are thinned; in the model 0.7 "
        "of it; 0: none are",
@@ -266,11 +253,7 @@ std::vector<SegmentOption> PointSettings() {
          const vision::OnlineLearnerOptions& learner = s.segmenter.learner;
          return learner.scales_to_mean_zero ? kMeanLabel : ToText(learner.zero_label);
        }},
-  };
-}
-
-std::vector<SegmentOption> MapSettings() {
-  return {
+      // What is made of its map.
       Number(
           Kind::kResearch, "location_prior", "WEIGHT",
           "Weight of the location prior: where in the image things have moved so far; 0: none",
@@ -280,11 +263,7 @@ std::vector<SegmentOption> MapSettings() {
           "Weight with which the map follows the frame's own labels near them, beside the "
           "Gaussian process; 0: the Gaussian process alone",
           Between(0.0, 1.0), [](auto& s) -> auto& { return s.segmenter.residual_weight; }),
-  };
-}
-
-std::vector<SegmentOption> LabelSettings() {
-  return {
+      // Labels.
       File(
           Kind::kResearch, "dump_features", "DIR",
           "The folder for each frame's labels and descriptors as NNNNNN.npz, for other classifiers "
@@ -330,11 +309,7 @@ std::vector<SegmentOption> LabelSettings() {
                                       {"global", vision::Equalization::kGlobal},
                                       {"clahe", vision::Equalization::kClahe}},
           [](auto& s) -> auto& { return s.segmenter.labeller.equalization.method; }),
-  };
-}
-
-std::vector<SegmentOption> ProfileSettings() {
-  return {
+      // What a profile alone decides.
       Word(
           Kind::kProfile, "flow_quality", "",
           Words<vision::FlowQuality>{{"ultrafast", vision::FlowQuality::kUltrafast},
@@ -353,18 +328,112 @@ std::vector<SegmentOption> ProfileSettings() {
   };
 }
 
+const Words<OnlineSegmenterOptions (*)()>& Profiles() {
+  static const auto& words =
+      *new Words<OnlineSegmenterOptions (*)()>{{"default", &OnlineSegmenterOptions::Default},
+                                               {"paper", &OnlineSegmenterOptions::Paper},
+                                               {"fast", &OnlineSegmenterOptions::Fast}};
+  return words;
+}
+
+SegmentSettings SettingsOf(const std::string& profile) {
+  SegmentSettings settings;
+  for (const auto& [name, make] : Profiles()) {
+    if (name == profile) settings.segmenter = make();
+  }
+  settings.segmenter.SetSeed(1);
+  return settings;
+}
+
+// The value if no profile has another; else empty.
+std::string CommonDefault(const SegmentOption& option) {
+  const std::string value = option.get(SettingsOf("default"));
+  for (const auto& [name, make] : Profiles()) {
+    if (option.get(SettingsOf(name)) != value) return "";
+  }
+  return value;
+}
+
 }  // namespace
 
+vision::PipelineOptions Schedule::MakePipeline(int threads, int64_t first_frame) const {
+  vision::PipelineOptions pipeline;
+  pipeline.overlap = threads > 1;
+  pipeline.first_frame = first_frame;
+  pipeline.frame_step = frame_step();
+  pipeline.checkpoint_interval = checkpoint_every;
+  pipeline.end_frame = range.to >= 0 ? range.to + 1 : -1;
+  if (max_frames > 0) {
+    const int64_t end = range.from + max_frames * frame_step();
+    pipeline.end_frame = pipeline.end_frame < 0 ? end : std::min(pipeline.end_frame, end);
+  }
+  return pipeline;
+}
+
 const std::vector<SegmentOption>& SegmentOptions() {
-  static const auto& options = *[] {
-    auto* all = new std::vector<SegmentOption>();
-    for (const auto& part : {MapFlags(), CameraFlags(), ScheduleFlags(), ModelSettings(),
-                             PointSettings(), MapSettings(), LabelSettings(), ProfileSettings()}) {
-      all->insert(all->end(), part.begin(), part.end());
-    }
-    return all;
-  }();
+  static const auto& options = *new std::vector<SegmentOption>(MakeOptions());
   return options;
+}
+
+void GivenOptions::AddFlags(CLI::App& app) {
+  std::vector<std::string> names;
+  for (const SegmentOption& option : SegmentOptions()) {
+    if (option.kind != Kind::kProfile) names.push_back(option.name);
+  }
+  AddFlags(app, names);
+  AddSetFlag(app);
+}
+
+void GivenOptions::AddFlags(CLI::App& app, const std::vector<std::string>& names) {
+  app.add_option("--profile", profile_,
+                 "default: the most accurate; paper: as in the paper's sections III to V; fast: "
+                 "default with labels from smaller, neighbouring pictures and with fewer inducing "
+                 "points. What is given beside it overrides the profile")
+      ->check(OneOf(NamesOf(Profiles())))
+      ->type_name(absl::StrJoin(NamesOf(Profiles()), "|"));
+  for (const SegmentOption& option : SegmentOptions()) {
+    if (std::find(names.begin(), names.end(), option.name) == names.end()) continue;
+    std::string& given = given_[option.name];
+    if (option.type.empty()) {
+      const bool is_on = CommonDefault(option) == "on";
+      app.add_flag_function(
+             absl::StrCat("--", option.name, is_on ? ",!--no_" + option.name : ""),
+             [&given](int64_t count) { given = count > 0 ? "on" : "off"; }, option.help)
+          ->default_str(is_on ? "true" : "")
+          ->option_text(is_on ? "(default: on)" : "");
+      continue;
+    }
+    const bool is_research = option.kind == Kind::kResearch;
+    app.add_option_function<std::string>(
+           absl::StrCat(is_research ? kResearchFlag : "--", option.name),
+           [&given](const std::string& text) { given = text; }, option.help)
+        ->check(option.check)
+        ->type_name(option.type)
+        ->default_str(is_research ? option.get(SettingsOf("default")) : CommonDefault(option))
+        ->group(is_research ? kResearchTable : "Options");
+  }
+}
+
+bool GivenOptions::Has(const std::string& name) const {
+  const auto given = given_.find(name);
+  return given != given_.end() && !given->second.empty();
+}
+
+SegmentSettings GivenOptions::MakeSettings() const {
+  SegmentSettings settings = SettingsOf(profile_);
+  for (const SegmentOption& option : SegmentOptions()) {
+    if (Has(option.name)) option.set(given_.at(option.name), settings);
+  }
+  return settings;
+}
+
+std::map<std::string, std::string> DescribeSettings(const SegmentSettings& settings) {
+  std::map<std::string, std::string> described;
+  for (const SegmentOption& option : SegmentOptions()) {
+    const std::string value = option.get(settings);
+    if (option.is_told && !value.empty()) described[option.name] = value;
+  }
+  return described;
 }
 
 }  // namespace egosieve::tools

@@ -6,16 +6,34 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
-#include "tools/segment/schedule.h"
+#include "tools/cli/frame_range.h"
 #include "tools/segment/segment_camera.h"
+#include "vision/frame/frame_source.h"
 #include "vision/segmentation/online_segmenter.h"
+#include "vision/segmentation/segmentation_pipeline.h"
 
 namespace egosieve::tools {
+
+// Which frames of a drive are segmented, and when the model is stored.
+struct Schedule {
+  FrameRange range;
+  int64_t skip = 0;               // frames between two that are segmented
+  int64_t max_frames = 0;         // 0: no limit
+  int64_t checkpoint_every = 25;  // frames; 0: no checkpoints
+  vision::FrameSourceOptions source;
+
+  int64_t first_frame() const { return range.from; }
+  // Difference between the indices of successive segmented frames.
+  int64_t frame_step() const { return skip + 1; }
+
+  vision::PipelineOptions MakePipeline(int threads, int64_t first_frame) const;
+};
 
 struct SegmentSettings {
   vision::OnlineSegmenterOptions segmenter;

@@ -9,6 +9,7 @@
 #include <string>
 #include <system_error>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -20,14 +21,15 @@
 #include "kernels/files/atomic_file.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/device.h"
+#include "tools/cli/command.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/version.h"
 #include "tools/cli/warning.h"
+#include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/drive_writer.h"
 #include "tools/segment/resume.h"
-#include "tools/segment/run_verdict.h"
 #include "tools/segment/segment_call.h"
 #include "vision/descriptor/frame_descriptor.h"
 #include "vision/frame/equalization.h"
@@ -47,11 +49,23 @@ struct RunBeginning {
   std::string warning;                        // of the input's end
 };
 
+// Whether a run that ended has all its frames; one that goes beyond what is wanted is a warning.
+// warning: of the source's end, if that is the run's. Leaves the source at any frame.
 bool HasAllFrames(const Schedule& schedule, const std::vector<FrameLine>& lines,
                   vision::FrameSource& source, std::string& warning) {
   const int64_t from = schedule.first_frame(), step = schedule.frame_step();
   const int64_t next = lines.empty() ? from : lines.back().index + step;
-  return IsComplete(next, step, schedule.MakePipeline(1, from).end_frame, source, warning);
+  const int64_t end = schedule.MakePipeline(1, from).end_frame;
+  if (end < 0 || next < end) {
+    if (!source.SeekTo(next).ok()) return false;
+    const absl::StatusOr<vision::FrameRead> read = source.Next();
+    if (!read.ok() || !std::holds_alternative<vision::EndOfFrames>(*read)) return false;
+    warning = std::get<vision::EndOfFrames>(*read).warning;
+  } else if (next >= end + step) {
+    Warn(absl::StrCat("the run goes on to frame ", next - step,
+                      " already, beyond what --max_frames or --to asks for; its frames stay"));
+  }
+  return true;
 }
 
 // A new run folder; absent if --resume finds a run. Errors of RunFolder::Create.
@@ -77,15 +91,6 @@ RunDescription DescribeRun(const SegmentCall& call, const DriveInput& input,
   return description;
 }
 
-// Begins the new run in `folder`.
-absl::StatusOr<DriveWriter> StartRun(const SegmentCall& call, const RunFolder& folder,
-                                     const RunDescription& description) {
-  EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
-                            DriveWriter::Start(folder, description, description.device));
-  EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
-  return writer;
-}
-
 // Continues the run of --resume and restores the segmenter's state. FailedPrecondition if that run
 // differs from `description`; errors of resume.h. Leaves the input at any frame.
 absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription description,
@@ -96,9 +101,14 @@ absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription before, folder.ReadDescription());
   const std::string device = description.device;
   if (call.allow_other_device) description.device = before.device;
-  EGOSIEVE_RETURN_IF_ERROR(
-      CheckSameRun(before, description, before.device != device, call.directory));
-  RemoveAbandonedFiles(folder);
+  if (const std::string difference = DescribeDifference(before, description); !difference.empty()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the run in ", call.directory, " is another: ", difference,
+        before.device != device ? "; give it the same, choose another folder for --out, or add "
+                                  "--allow_other_device"
+                                : "; give it the same, or choose another folder for --out"));
+  }
+  RemoveAbandonedFiles(folder.path());
   const int64_t from = call.settings.schedule.first_frame();
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ReadWholeLines(folder));
   if (before.ended == "done" &&
@@ -122,7 +132,7 @@ absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription
   description.seconds = before.seconds;
   beginning.first_frame = point.next_frame;
   EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer,
-                            DriveWriter::Continue(folder, description, point.lines, device));
+                            DriveWriter::Open(folder, description, point.lines, device));
   // A kill may have prevented writing it before.
   EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
   return beginning;
@@ -186,9 +196,16 @@ absl::Status DumpFeatures(const vision::SegmentedFrame& frame, kernels::Context&
                                       bytes);
 }
 
-// Gives the drive's frames to a sink.
-using FrameRun =
-    std::function<absl::StatusOr<vision::PipelineSummary>(const vision::SegmentedFrameSink& sink)>;
+// Frames that are still to come; -1 where unknown.
+int64_t ExpectedFrames(const vision::FrameSource& source, const vision::PipelineOptions& pipeline) {
+  int64_t end = source.expected_frame_count();
+  if (pipeline.end_frame >= 0) {
+    end = end < 0 ? pipeline.end_frame : std::min(end, pipeline.end_frame);
+  }
+  if (end < 0) return -1;
+  const int64_t frames = std::max<int64_t>(end - pipeline.first_frame, 0);
+  return (frames + pipeline.frame_step - 1) / pipeline.frame_step;
+}
 
 // A frame that could not be read keeps its index: its file will be unreadable, too.
 absl::Status Record(const std::string& directory, const vision::SegmentedFrame& frame) {
@@ -247,28 +264,6 @@ absl::StatusOr<ExitCode> EndRun(const SegmentCall& call,
   return Judge(counts, summary->warning);
 }
 
-// Writes the frames that `run` gives to its sink, and how the run ended.
-absl::StatusOr<ExitCode> WriteAll(const SegmentCall& call, const DriveInput& input,
-                                  const vision::PipelineOptions& pipeline, DriveWriter& writer,
-                                  const FrameRun& run) {
-  Progress progress("segment", call.progress, ExpectedFrames(*input.frames, pipeline));
-  std::optional<double> first_seconds;  // of the drive
-  const absl::StatusOr<vision::PipelineSummary> summary =
-      run([&](const vision::SegmentedFrame& frame) {
-        if (call.record) EGOSIEVE_RETURN_IF_ERROR(Record(call.directory, frame));
-        EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame, input.frames->image_name(frame.index)));
-        const FrameLine& line = writer.last_line();
-        if (!first_seconds) first_seconds = line.time_seconds;
-        progress.Advance(
-            {{"times real time", (line.time_seconds - *first_seconds) / progress.Seconds()},
-             {"model size", static_cast<double>(line.model_size)},
-             {"dynamic share", line.dynamic_share}});
-        return absl::OkStatus();
-      });
-  progress.Finish();
-  return EndRun(call, summary, input, progress.Seconds(), writer);
-}
-
 // `created`: absent for the run that --resume found.
 absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput& input,
                                        const OpenedDevice& device,
@@ -281,7 +276,9 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
   RunBeginning beginning;
   if (created) {
     beginning.first_frame = call.settings.schedule.first_frame();
-    EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer, StartRun(call, *created, description));
+    EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer,
+                              DriveWriter::Open(*created, description, {}, description.device));
+    EGOSIEVE_RETURN_IF_ERROR(call.camera.Write(call.directory));
   } else {
     EGOSIEVE_ASSIGN_OR_RETURN(beginning, ContinueRun(call, description, *input.frames, *segmenter));
   }
@@ -293,23 +290,52 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
   const vision::PipelineOptions pipeline =
       call.settings.schedule.MakePipeline(threads, beginning.first_frame);
   if (!features.empty()) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(features));
-  return WriteAll(
-      call, input, pipeline, *beginning.writer,
-      [&](const vision::SegmentedFrameSink& sink) -> absl::StatusOr<vision::PipelineSummary> {
-        const auto dump_and_sink = [&](const vision::SegmentedFrame& frame) {
-          if (!features.empty()) {
-            EGOSIEVE_RETURN_IF_ERROR(DumpFeatures(frame, *device.context, options, features));
-          }
-          return sink(frame);
-        };
-        EGOSIEVE_ASSIGN_OR_RETURN(vision::PipelineSummary summary,
-                                  vision::RunPipeline(*input.frames, *segmenter, pipeline,
-                                                      InterruptionRequested, dump_and_sink));
-        EGOSIEVE_RETURN_IF_ERROR(
-            call.camera.WriteLearnt(call.directory, input, segmenter->learnt_camera()));
-        return summary;
-      });
+  DriveWriter& writer = *beginning.writer;
+  Progress progress("segment", call.progress, ExpectedFrames(*input.frames, pipeline));
+  std::optional<double> first_seconds;  // of the drive
+  const auto write = [&](const vision::SegmentedFrame& frame) {
+    if (!features.empty()) {
+      EGOSIEVE_RETURN_IF_ERROR(DumpFeatures(frame, *device.context, options, features));
+    }
+    if (call.record) EGOSIEVE_RETURN_IF_ERROR(Record(call.directory, frame));
+    EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame, input.frames->image_name(frame.index)));
+    const FrameLine& line = writer.last_line();
+    if (!first_seconds) first_seconds = line.time_seconds;
+    progress.Advance(
+        {{"times real time", (line.time_seconds - *first_seconds) / progress.Seconds()},
+         {"model size", static_cast<double>(line.model_size)},
+         {"dynamic share", line.dynamic_share}});
+    return absl::OkStatus();
+  };
+  absl::StatusOr<vision::PipelineSummary> summary =
+      vision::RunPipeline(*input.frames, *segmenter, pipeline, InterruptionRequested, write);
+  if (summary.ok()) {
+    const absl::Status learnt =
+        call.camera.WriteLearnt(call.directory, input, segmenter->learnt_camera());
+    if (!learnt.ok()) summary = learnt;
+  }
+  progress.Finish();
+  return EndRun(call, summary, input, progress.Seconds(), writer);
 }
+
+class SegmentCommand : public Command {
+ public:
+  std::string name() const override { return "segment"; }
+  std::string summary() const override {
+    return "Segments a drive: maps of what moves by itself, and a line of the log per frame.";
+  }
+  std::string example() const override {
+    return "egosieve segment drive.mp4 --out=out/drive\n"
+           "egosieve segment drive.mp4 -o out/no_prior --set location_prior=0\n"
+           "egosieve segment drive.mp4 --max-frames=100\n"
+           "egosieve segment 'frames/*.png' --out=out/frames --stride=3 --profile=paper";
+  }
+  void AddFlags(CLI::App& app) override { call_.AddFlags(app); }
+  absl::StatusOr<ExitCode> Run() override { return RunSegment(call_); }
+
+ private:
+  SegmentCall call_;
+};
 
 }  // namespace
 
@@ -337,5 +363,7 @@ absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<RunFolder> created, CreateUnlessResumed(call));
   return SegmentOnline(call, input, device, created, threads);
 }
+
+std::unique_ptr<Command> MakeSegmentCommand() { return std::make_unique<SegmentCommand>(); }
 
 }  // namespace egosieve::tools

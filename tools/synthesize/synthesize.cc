@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -125,43 +125,50 @@ constexpr const char* kSceneFile = "scene.json";
 constexpr const char* kVideoFile = "video.mp4";
 constexpr const char* kCodedFile = "coded.mp4";        // exists only during writing
 constexpr const char* kUnfinishedFile = "unfinished";  // exists until scene.json is written
-// The file that marks the folder as a drive is removed last.
-constexpr const char* kFiles[] = {kVideoFile,        kCodedFile, "poses.txt",    "camera.json",
-                                  "own_vehicle.png", kSceneFile, kUnfinishedFile};
 constexpr int kJpegQuality = 60;
 
-bool IsDriveEntry(const fs::path& entry) {
-  const std::string name = entry.filename().string();
-  for (const char* folder : kImageFolders) {
-    if (name == folder) return true;
-  }
-  return std::find(std::begin(kFiles), std::end(kFiles), name) != std::end(kFiles);
+// Whether a synthetic drive has a file or folder of this path.
+bool IsDrivePath(const std::string& path) {
+  static const auto& own = *new std::regex(
+      "(frames|masks|ids)(/[0-9]{6}\\.png)?|(video|coded)\\.mp4|poses\\.txt|camera\\.json|"
+      "own_vehicle\\.png|scene\\.json|unfinished");
+  return std::regex_match(path, own);
 }
 
-// NNNNNN.png
-bool IsFrameFile(const fs::path& file) {
-  const std::string name = file.filename().string();
-  return name.size() == 10 && name.find_first_not_of("0123456789") == 6 &&
-         file.extension() == ".png";
-}
-
-absl::Status RemoveDrive(const std::string& folder) {
-  std::vector<fs::path> doomed;
+// AlreadyExists unless the folder is absent, empty, or a drive that may be removed, which then is.
+absl::Status RemoveDrive(const std::string& folder, bool overwrite) {
   std::error_code error;
-  for (const char* images : kImageFolders) {
-    const fs::path path = fs::path(folder) / images;
-    if (!fs::exists(path, error)) continue;
-    for (const auto& entry : fs::directory_iterator(path, error)) {
-      if (!IsFrameFile(entry.path())) {
-        return absl::AlreadyExistsError(absl::StrCat(
-            entry.path().string(), " is no part of a synthetic drive; name another folder"));
-      }
-      doomed.push_back(entry.path());
+  if (!fs::exists(folder, error)) return absl::OkStatus();
+  if (!fs::is_directory(folder, error)) {
+    return absl::AlreadyExistsError(absl::StrCat(folder, " is a file; name a folder"));
+  }
+  const fs::recursive_directory_iterator entries(folder, error);
+  if (error) {
+    return absl::PermissionDeniedError(
+        absl::StrCat(folder, " cannot be read: ", error.message(), "; name another folder"));
+  }
+  // The file that marks the folder as a drive is removed last. Other folders may have frames and
+  // masks, too.
+  std::vector<fs::path> doomed, marks;
+  for (const auto& entry : entries) {
+    const std::string name = entry.path().lexically_relative(folder).string();
+    if (!IsDrivePath(name)) {
+      return absl::AlreadyExistsError(absl::StrCat(
+          folder, " holds ", name, ", which is no part of a synthetic drive; name another folder"));
     }
+    if (entry.is_directory(error)) continue;
+    (name == kSceneFile || name == kUnfinishedFile ? marks : doomed).push_back(entry.path());
   }
-  for (const char* name : kFiles) {
-    if (fs::exists(fs::path(folder) / name, error)) doomed.push_back(fs::path(folder) / name);
+  if (fs::is_empty(folder, error)) return absl::OkStatus();
+  if (!overwrite) {
+    return absl::AlreadyExistsError(
+        absl::StrCat(folder, " holds a drive already; name another folder or allow overwriting"));
   }
+  if (marks.empty()) {
+    return absl::AlreadyExistsError(absl::StrCat(
+        folder, " holds no ", kSceneFile, " and so no synthetic drive; name another folder"));
+  }
+  doomed.insert(doomed.end(), marks.begin(), marks.end());
   for (const fs::path& path : doomed) {
     if (!fs::remove(path, error) || error) {
       return absl::UnavailableError(
@@ -174,37 +181,7 @@ absl::Status RemoveDrive(const std::string& folder) {
 absl::Status PrepareFolder(const SynthesizeOptions& options) {
   const std::string& folder = options.output_folder;
   if (folder.empty()) return absl::InvalidArgumentError("no output folder; name one");
-  std::error_code error;
-  if (fs::exists(folder, error)) {
-    if (!fs::is_directory(folder, error)) {
-      return absl::AlreadyExistsError(absl::StrCat(folder, " is a file; name a folder"));
-    }
-    fs::directory_iterator entries(folder, error);
-    if (error) {
-      return absl::PermissionDeniedError(
-          absl::StrCat(folder, " cannot be read: ", error.message(), "; name another folder"));
-    }
-    bool empty = true;
-    for (const auto& entry : entries) {
-      empty = false;
-      if (!IsDriveEntry(entry.path())) {
-        return absl::AlreadyExistsError(
-            absl::StrCat(folder, " holds ", entry.path().filename().string(),
-                         ", which is no part of a synthetic drive; name another folder"));
-      }
-    }
-    if (!empty && !options.overwrite) {
-      return absl::AlreadyExistsError(
-          absl::StrCat(folder, " holds a drive already; name another folder or allow overwriting"));
-    }
-    // Other folders may have frames and masks, too.
-    if (!empty && !fs::exists(fs::path(folder) / kSceneFile, error) &&
-        !fs::exists(fs::path(folder) / kUnfinishedFile, error)) {
-      return absl::AlreadyExistsError(absl::StrCat(
-          folder, " holds no ", kSceneFile, " and so no synthetic drive; name another folder"));
-    }
-    if (!empty) EGOSIEVE_RETURN_IF_ERROR(RemoveDrive(folder));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(RemoveDrive(folder, options.overwrite));
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically((fs::path(folder) / kUnfinishedFile).string(), ""));
   for (const char* images : kImageFolders) {

@@ -15,84 +15,11 @@
 #include "tools/cli/exit_code.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
-#include "tools/cli/switch_flag.h"
 #include "tools/synthesize/synthesize.h"
 #include "vision/synthetic/street.h"
 
 namespace egosieve::tools {
 namespace {
-
-// The flags of `synthesize`: the scenario, its rendering, and the folder to write.
-struct SynthesizeFlags {
-  SynthesizeOptions options;
-  bool list = false;     // the scenarios, and nothing else
-  double seconds = 0.0;  // instead of a number of frames; 0: that number
-  ProgressFlag progress;
-  ResultFlag result;
-
-  void AddFlags(CLI::App& app);
-  // The options, with the frames of `seconds`. InvalidArgument without an output folder.
-  absl::StatusOr<SynthesizeOptions> MakeOptions() const;
-};
-
-void SynthesizeFlags::AddFlags(CLI::App& app) {
-  vision::ScenarioOptions& rendering = options.rendering;
-  app.add_option("--scenario", options.scenario, "What happens; --list names them")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_flag("--list", list, "List the scenarios and do nothing else");
-  app.add_option(
-         "-o,--out", options.output_folder,
-         "Folder for frames/, masks/, ids/, poses.txt, camera.json and scene.json; default: "
-         "out/SCENARIO")
-      ->type_name("DIR");
-  app.add_option("--seed", options.seed,
-                 "Seed of town and traffic; 1 to 9 are for choosing constants, 100 to 109 for "
-                 "figures that are reported")
-      ->capture_default_str();
-  app.add_option("--frames", rendering.frames,
-                 "How many; a drive of another length has other traffic, also in its first frames")
-      ->capture_default_str();
-  app.add_option("--seconds", seconds, "How long, instead of --frames; 0: --frames")
-      ->check(AtLeast(0.0))
-      ->capture_default_str();
-  app.add_option("--fps,--frames_per_second", rendering.frames_per_second,
-                 "Frame rate; the same --seconds at another rate are the same drive")
-      ->capture_default_str();
-  app.add_option("--width", rendering.width_pixels, "Pixels")->capture_default_str();
-  app.add_option("--height", rendering.height_pixels, "Pixels")->capture_default_str();
-  app.add_option("--field_of_view", rendering.field_of_view_degrees, "Horizontal, in degrees")
-      ->capture_default_str();
-  app.add_option("--radial", rendering.radial,
-                 "The lens's radial distortion k: r becomes r (1 + k r^2), r in focal lengths")
-      ->capture_default_str();
-  app.add_option("--exposure_swing", rendering.exposure_swing,
-                 "Variation of the exposure: amplitude of its logarithm")
-      ->capture_default_str();
-  AddWords(
-      app, "--compression", options.compression,
-      {{"none", Compression::kNone}, {"jpeg", Compression::kJpeg}, {"h264", Compression::kH264}},
-      "Artefacts added to the pictures: those of a JPEG of low quality, or of a video");
-  app.add_option("--threads", rendering.threads, "The result does not depend on them")
-      ->capture_default_str();
-  app.add_flag("--video", options.video, "Write video.mp4 (lossy) instead of frames/");
-  app.add_flag("--overwrite", options.overwrite, "Replace a former drive in the folder");
-  AddSwitch(app, "--noise", "--no_noise", rendering.noise, "The sensor's noise");
-  AddSwitch(app, "--motion_blur", "--no_motion_blur", rendering.motion_blur,
-            "Blur while the shutter is open");
-  progress.AddFlag(app);
-  result.AddFlag(app);
-}
-
-absl::StatusOr<SynthesizeOptions> SynthesizeFlags::MakeOptions() const {
-  SynthesizeOptions made = options;
-  if (made.output_folder.empty()) made.output_folder = "out/" + made.scenario;
-  if (seconds > 0.0) {
-    made.rendering.frames =
-        static_cast<int>(std::lround(seconds * made.rendering.frames_per_second));
-  }
-  return made;
-}
 
 // "street  a town drive: ...", one line per scenario.
 std::string ScenarioTable() {
@@ -115,31 +42,87 @@ class SynthesizeCommand : public Command {
            "egosieve synthesize --list";
   }
 
-  void AddFlags(CLI::App& app) override { flags_.AddFlags(app); }
+  void AddFlags(CLI::App& app) override {
+    vision::ScenarioOptions& rendering = options_.rendering;
+    app.add_option("--scenario", options_.scenario, "What happens; --list names them")
+        ->capture_default_str()
+        ->type_name("NAME");
+    app.add_flag("--list", list_, "List the scenarios and do nothing else");
+    app.add_option(
+           "-o,--out", options_.output_folder,
+           "Folder for frames/, masks/, ids/, poses.txt, camera.json and scene.json; default: "
+           "out/SCENARIO")
+        ->type_name("DIR");
+    app.add_option("--seed", options_.seed,
+                   "Seed of town and traffic; 1 to 9 are for choosing constants, 100 to 109 for "
+                   "figures that are reported")
+        ->capture_default_str();
+    app.add_option(
+           "--frames", rendering.frames,
+           "How many; a drive of another length has other traffic, also in its first frames")
+        ->capture_default_str();
+    app.add_option("--seconds", seconds_, "How long, instead of --frames; 0: --frames")
+        ->check(AtLeast(0.0))
+        ->capture_default_str();
+    app.add_option("--fps,--frames_per_second", rendering.frames_per_second,
+                   "Frame rate; the same --seconds at another rate are the same drive")
+        ->capture_default_str();
+    app.add_option("--width", rendering.width_pixels, "Pixels")->capture_default_str();
+    app.add_option("--height", rendering.height_pixels, "Pixels")->capture_default_str();
+    app.add_option("--field_of_view", rendering.field_of_view_degrees, "Horizontal, in degrees")
+        ->capture_default_str();
+    app.add_option("--radial", rendering.radial,
+                   "The lens's radial distortion k: r becomes r (1 + k r^2), r in focal lengths")
+        ->capture_default_str();
+    app.add_option("--exposure_swing", rendering.exposure_swing,
+                   "Variation of the exposure: amplitude of its logarithm")
+        ->capture_default_str();
+    AddWords(
+        app, "--compression", options_.compression,
+        {{"none", Compression::kNone}, {"jpeg", Compression::kJpeg}, {"h264", Compression::kH264}},
+        "Artefacts added to the pictures: those of a JPEG of low quality, or of a video");
+    app.add_option("--threads", rendering.threads, "The result does not depend on them")
+        ->capture_default_str();
+    app.add_flag("--video", options_.video, "Write video.mp4 (lossy) instead of frames/");
+    app.add_flag("--overwrite", options_.overwrite, "Replace a former drive in the folder");
+    AddSwitch(app, "--noise", "--no_noise", rendering.noise, "The sensor's noise");
+    AddSwitch(app, "--motion_blur", "--no_motion_blur", rendering.motion_blur,
+              "Blur while the shutter is open");
+    progress_.AddFlag(app);
+    result_.AddFlag(app);
+  }
 
   absl::StatusOr<ExitCode> Run() override {
-    if (flags_.list) {
+    if (list_) {
       std::cout << ScenarioTable();
       return ExitCode::kDone;
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(const SynthesizeOptions options, flags_.MakeOptions());
-    Progress progress("synthesize", flags_.progress, options.rendering.frames);
+    vision::ScenarioOptions& rendering = options_.rendering;
+    if (options_.output_folder.empty()) options_.output_folder = "out/" + options_.scenario;
+    if (seconds_ > 0.0) {
+      rendering.frames = static_cast<int>(std::lround(seconds_ * rendering.frames_per_second));
+    }
+    Progress progress("synthesize", progress_, rendering.frames);
     const absl::Status status =
-        Synthesize(options, [&](int, int) { return progress.AdvanceUninterrupted(); });
+        Synthesize(options_, [&](int, int) { return progress.AdvanceUninterrupted(); });
     if (absl::IsNotFound(status)) return AsUsageError(status);  // of a scenario
     EGOSIEVE_RETURN_IF_ERROR(status);
     progress.Finish();
-    flags_.result.Tell(name(),
-                       {{"folder", options.output_folder},
-                        {"frames", options.rendering.frames},
-                        {"scenario", options.scenario}},
-                       absl::StrCat(options.rendering.frames, " frames of scenario ",
-                                    options.scenario, " in ", options.output_folder, "\n"));
+    result_.Tell(name(),
+                 {{"folder", options_.output_folder},
+                  {"frames", rendering.frames},
+                  {"scenario", options_.scenario}},
+                 absl::StrCat(rendering.frames, " frames of scenario ", options_.scenario, " in ",
+                              options_.output_folder, "\n"));
     return ExitCode::kDone;
   }
 
  private:
-  SynthesizeFlags flags_;
+  SynthesizeOptions options_;
+  bool list_ = false;     // the scenarios, and nothing else
+  double seconds_ = 0.0;  // instead of a number of frames; 0: that number
+  ProgressFlag progress_;
+  ResultFlag result_;
 };
 
 }  // namespace

@@ -209,23 +209,6 @@ void Search::SearchVectors(Timing& mean, Timing& variance) {
 
 }  // namespace
 
-absl::Status TuneOptions::Validate() const {
-  if (training_points < 1 || mean_queries < 1 || variance_queries < 1 || repeats < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("training_points = %d, mean_queries = %d, variance_queries = %d, repeats = "
-                        "%d; all must be at least 1",
-                        training_points, mean_queries, variance_queries, repeats));
-  }
-  if (!(least_gain >= 0.0 && least_gain < 1.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("least_gain = %g; it must be in [0, 1)", least_gain));
-  }
-  return absl::OkStatus();
-}
-
-absl::StatusOr<TuneResult> Tune(const TuneOptions& options) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  return Search(options).Run();
-}
+absl::StatusOr<TuneResult> Tune(const TuneOptions& options) { return Search(options).Run(); }
 
 }  // namespace egosieve::tune

@@ -33,9 +33,6 @@ struct TuneOptions {
   std::vector<std::string> fields;
   // Called with a line for each shape that was timed; may be empty.
   std::function<void(const std::string&)> progress;
-
-  // InvalidArgument, naming field and value.
-  absl::Status Validate() const;
 };
 
 struct TuneResult {

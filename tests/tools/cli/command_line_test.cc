@@ -114,8 +114,7 @@ TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
 
   const Outcome flag = Invoke({"sift", "--strid=3"});
   EXPECT_EQ(flag.code, 2);
-  EXPECT_EQ(flag.err,
-            "egosieve: unknown flag --strid; did you mean --stride? see egosieve sift --help\n");
+  EXPECT_EQ(flag.err, "egosieve: unknown flag --strid; see egosieve sift --help\n");
 
   const Outcome range = Invoke({"sift", "--stride=0"});
   EXPECT_EQ(range.code, 2);
@@ -124,26 +123,23 @@ TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
 
   const Outcome word = Invoke({"sift", "--seed=many"});
   EXPECT_EQ(word.code, 2);
-  EXPECT_EQ(word.err,
-            "egosieve: --seed: cannot read 'many' as its value; see egosieve sift --help\n");
+  EXPECT_EQ(word.err, "egosieve: Could not convert: --seed = many; see egosieve sift --help\n");
 
-  EXPECT_EQ(Invoke({"sift", "--name=a", "--name=b"}).err,
-            "egosieve: --name takes one value; give it once; see egosieve sift --help\n");
+  EXPECT_THAT(Invoke({"sift", "--name=a", "--name=b"}), Says(2, "--name: 1 required"));
 
   EXPECT_THAT(Invoke({"sift", "a.mp4"}), Says(2, "unexpected argument 'a.mp4'"));
 
   // The flag that was misspelt is the one that is required.
   FakeCommand::required = true;
   EXPECT_EQ(Invoke({"sift", "--mist=3"}).err,
-            "egosieve: unknown flag --mist; did you mean --must? see egosieve sift --help\n");
+            "egosieve: unknown flag --mist; see egosieve sift --help\n");
   EXPECT_EQ(Invoke({"sift", "a.mp4"}).err,
             "egosieve: --must is required; see egosieve sift --help\n");
   FakeCommand::required = false;
 
   const Outcome command = Invoke({"shift"});
   EXPECT_EQ(command.code, 2);
-  EXPECT_EQ(command.err,
-            "egosieve: unknown command shift; did you mean sift? see egosieve --help\n");
+  EXPECT_EQ(command.err, "egosieve: unknown command shift; see egosieve --help\n");
 }
 
 TEST(CommandLine, HyphensAreUnderscores) {
@@ -161,20 +157,16 @@ TEST(CommandLine, ResearchSettingsAreSetByNameOrFile) {
   EXPECT_EQ(FakeCommand::last_weight, 0.25);
   EXPECT_EQ(Invoke({"sift", "--config=" + path, "--set", "weight=0.75"}).code, 0);
   EXPECT_EQ(FakeCommand::last_weight, 0.75);
-  EXPECT_EQ(Invoke({"sift", "--weight=1"}).err,
-            "egosieve: --weight is a research setting now: --set weight=VALUE, or in the table "
-            "[research] of --config; see egosieve sift --help\n");
+  EXPECT_THAT(Invoke({"sift", "--weight=1"}), Says(2, "unknown flag --weight"));
   EXPECT_EQ(Invoke({"sift", "--set=weight=7"}).err.rfind("egosieve: --set weight: ", 0), 0u);
-  EXPECT_EQ(
-      Invoke({"sift", "--set=weigt=1"}).err,
-      "egosieve: unknown flag --set weigt; did you mean --set weight? see egosieve sift --help\n");
+  EXPECT_EQ(Invoke({"sift", "--set=weigt=1"}).err,
+            "egosieve: unknown flag --set weigt; see egosieve sift --help\n");
   EXPECT_EQ(
       Invoke({"sift", "--set=weight"}).err,
       "egosieve: --set weight has no value; give one as --set weight=VALUE; see egosieve sift "
       "--help\n");
   std::ofstream(path) << "weight = 0.25\n";
-  EXPECT_THAT(Invoke({"sift", "--config=" + path}).err,
-              HasSubstr("'weight' in the file of --config is a research setting now"));
+  EXPECT_THAT(Invoke({"sift", "--config=" + path}), Says(2, "unknown key 'weight'"));
 
   EXPECT_THAT(Invoke({"sift", "--help"}).out, Not(HasSubstr("Its weight")));
   EXPECT_THAT(Invoke({"sift", "--print_config"}).out,
@@ -251,12 +243,7 @@ TEST(CommandLine, ConfigFilesHoldFlagsAndUnknownKeysAreErrors) {
 
   const Outcome missing = Invoke({"sift", "--config=/nowhere/sift.toml"});
   EXPECT_EQ(missing.code, 2);
-  EXPECT_THAT(missing.err, StartsWith("egosieve: cannot read /nowhere/sift.toml"));
-}
-
-TEST(NearestName, FindsSlipsOnly) {
-  EXPECT_EQ(NearestName("--strid", {"--stride", "--out"}), "--stride");
-  EXPECT_EQ(NearestName("--frobnicate", {"--stride", "--out"}), "");
+  EXPECT_THAT(missing.err, StartsWith("egosieve: /nowhere/sift.toml was not readable"));
 }
 
 }  // namespace

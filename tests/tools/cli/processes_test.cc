@@ -24,37 +24,31 @@ using ::testing::HasSubstr;
 
 const auto kGoOn = [] { return false; };
 
-TEST(RunChild, GivesExitCodeOutputsAndEnvironment) {
-  ChildCommand command;
-  command.arguments = {"/bin/sh", "-c", "echo to out $GREETING; echo to err >&2; exit 7"};
-  command.environment["GREETING"] = "hello";
-  command.log_path = testing::TempDir() + "/child.log";
-  const auto code = Value(RunChild(command, kGoOn));
+TEST(RunChild, GivesExitCodeAndOutputs) {
+  const std::string log = testing::TempDir() + "/child.log";
+  const auto code =
+      Value(RunChild({"/bin/sh", "-c", "echo to out; echo to err >&2; exit 7"}, log, kGoOn));
   EXPECT_EQ(code, 7);
-  EXPECT_EQ(*ReadFile(command.log_path), "to out hello\nto err\n");
+  EXPECT_EQ(*ReadFile(log), "to out\nto err\n");
 }
 
 TEST(RunChild, TellsSignalsAndProgramsThatAreNotThere) {
-  ChildCommand command;
-  command.arguments = {"/bin/sh", "-c", "kill -9 $$"};
-  command.log_path = testing::TempDir() + "/child.log";
-  EXPECT_EQ(*RunChild(command, kGoOn), 128 + 9);
-  command.arguments = {"/no/such/program"};
-  const auto missing = RunChild(command, kGoOn);
+  const std::string log = testing::TempDir() + "/child.log";
+  EXPECT_EQ(*RunChild({"/bin/sh", "-c", "kill -9 $$"}, log, kGoOn), 128 + 9);
+  const auto missing = RunChild({"/no/such/program"}, log, kGoOn);
   EXPECT_EQ(missing.status().code(), absl::StatusCode::kUnavailable);
   EXPECT_THAT(missing.status().message(), HasSubstr("/no/such/program"));
 }
 
 TEST(RunChild, AStopRequestInterruptsTheChild) {
-  ChildCommand command;
   // An interruption at the terminal has reached the child by itself: the same signal again would
   // end the child before its frame is done.
-  command.arguments = {"/bin/sh", "-c",
-                       "trap 'exit 130' TERM; trap 'exit 1' INT; while :; do sleep 0.01; done"};
-  command.log_path = testing::TempDir() + "/child.log";
+  const std::string script =
+      "trap 'exit 130' TERM; trap 'exit 1' INT; while :; do sleep 0.01; done";
   int asked = 0;
   // Only after some looks, so that the shell has set its traps.
-  const auto code = RunChild(command, [&] { return ++asked > 10; });
+  const auto code = RunChild({"/bin/sh", "-c", script}, testing::TempDir() + "/child.log",
+                             [&] { return ++asked > 10; });
   ASSERT_TRUE(code.ok());
   EXPECT_EQ(*code, 130);
 }
@@ -63,14 +57,11 @@ TEST(RunChild, AStopRequestInterruptsTheChild) {
 TEST(RunChild, AKilledParentEndsTheChild) {
   const std::string pid_path = testing::TempDir() + "/pid";
   unlink(pid_path.c_str());
-  ChildCommand command;
-  command.arguments = {"/bin/sh", "-c",
-                       absl::StrCat("echo $$ > ", pid_path, ".tmp; mv ", pid_path, ".tmp ",
-                                    pid_path, "; exec sleep 100000")};
-  command.log_path = testing::TempDir() + "/child.log";
+  const std::string script = absl::StrCat("echo $$ > ", pid_path, ".tmp; mv ", pid_path, ".tmp ",
+                                          pid_path, "; exec sleep 100000");
   const pid_t parent = fork();
   if (parent == 0) {
-    (void)RunChild(command, kGoOn);
+    (void)RunChild({"/bin/sh", "-c", script}, testing::TempDir() + "/child.log", kGoOn);
     _exit(1);
   }
   // Within a minute.

@@ -255,7 +255,7 @@ TEST_F(BadInput, AnOutputFolderThatCannotBeWritten) {
 
 TEST_F(BadInput, FlagsThatAreNone) {
   WriteFrames(2);
-  ExpectRefused(Segment(input_, {"--strid=4"}), 2, "unknown flag --strid; did you mean --stride?");
+  ExpectRefused(Segment(input_, {"--strid=4"}), 2, "unknown flag --strid");
   ExpectRefused(Segment(input_, {"--frobnicate"}), 2, "--frobnicate");
   ExpectRefused(Segment(input_, {"--stride=0"}), 2, "--stride: 0 is not from 1 to 1000");
   ExpectRefused(Segment(input_, {"--stride=five"}), 2, "--stride");
@@ -270,14 +270,12 @@ TEST_F(BadInput, FlagsThatAreNone) {
                 "functions are arcsine, constant");
   ExpectRefused(Segment(input_, {"--set=covariance=white + constant"}), 2,
                 "does not depend on the inputs");
-  ExpectRefused(Segment(input_, {"--location_prior=0"}), 2,
-                "--location_prior is a research setting now: --set location_prior=VALUE");
+  ExpectRefused(Segment(input_, {"--location_prior=0"}), 2, "unknown flag --location_prior");
   ExpectRefused(Segment(input_, {"--set", "location_prior=2"}), 2,
                 "--set location_prior: 2 is not from 0 to 1");
   ExpectRefused(Segment(input_, {"--set", "location_prio=0"}), 2,
-                "did you mean --set location_prior?");
-  ExpectRefused(RunProgram({"segment", input_, "--outt=3"}), 2,
-                "unknown flag --outt; did you mean --out?");
+                "unknown flag --set location_prio");
+  ExpectRefused(RunProgram({"segment", input_, "--outt=3"}), 2, "unknown flag --outt");
 }
 
 TEST_F(BadInput, FoldersThatAreNoRuns) {

@@ -13,7 +13,6 @@
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
-#include "tools/report/evaluation_file.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/lens_file.h"
 
@@ -35,7 +34,7 @@ double PooledAuc(const std::string& run, const std::string& truth) {
   const ProgramOutcome outcome = RunEvaluation({run, "--truth=" + truth});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, ContainsRegex("pooled AUC [01]\\.[0-9]+ over [0-9]+ frames\n$"));
-  return ParseEvaluation(*ReadFile(run + "/eval.json"))->pooled_auc;
+  return nlohmann::json::parse(*ReadFile(run + "/eval.json"))["pooled_auc"];
 }
 
 TEST(Chain, FromNothingToAReport) {
@@ -182,11 +181,6 @@ TEST(Evaluate, BoxesBesideTheFramesAreScored) {
   EXPECT_EQ(boxes.code, 0) << boxes.err;
   EXPECT_THAT(boxes.out, HasSubstr("standing vehicle"));
   EXPECT_EQ(Json::parse(*ReadFile(run + "/further.json")).at("boxes").at("frames"), 2);
-}
-
-TEST(Evaluate, TheFormerCommandTellsTheNewOne) {
-  EXPECT_THAT(RunProgram({"evaluate", FreshFolder()}),
-              EndsWithLine(2, "evaluate is egosieve-eval now"));
 }
 
 }  // namespace

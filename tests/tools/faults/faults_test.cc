@@ -110,7 +110,7 @@ class Faults : public testing::TestWithParam<std::string> {
     std::erase_if(files, [&](const auto& file) {
       const std::string& path = file.first;
       return path.rfind(run_ + "/", 0) == 0 || path.rfind(world_ + "/egosieve_logs/", 0) == 0 ||
-             path.rfind(MasksFolder() + "/", 0) == 0 || path == world_ + "/batch.html";
+             path.rfind(MasksFolder() + "/", 0) == 0;
     });
     return files;
   }

@@ -10,7 +10,6 @@
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/run_command.h"
 #include "tools/refine/full_maps.h"
-#include "tools/refine/refine_flags.h"
 #include "tools/refine/refine_run.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/folder_lock.h"

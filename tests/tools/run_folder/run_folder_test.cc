@@ -116,7 +116,7 @@ TEST(FrameLine, DamageNamesTheField) {
   EXPECT_THAT(FrameLineFromJson(json).status().message(), HasSubstr("'theta'"));
   json = ToJson(FrameLine());
   json["outcome"] = "lost";
-  EXPECT_THAT(FrameLineFromJson(json).status().message(), HasSubstr("'lost'"));
+  EXPECT_THAT(FrameLineFromJson(json).status().message(), HasSubstr("lost"));
   EXPECT_FALSE(FrameLineFromText("{\"index\":").ok());
   EXPECT_FALSE(FrameLineFromText("[]").ok());
 }

@@ -11,9 +11,9 @@
 
 #include "kernels/files/atomic_file.h"
 #include "tests/testing/status.h"
+#include "tools/segment/drive_writer.h"
 #include "tools/segment/lens_file.h"
 #include "tools/segment/run_camera.h"
-#include "tools/segment/run_verdict.h"
 #include "tools/segment/trajectory_file.h"
 
 namespace egosieve::tools {

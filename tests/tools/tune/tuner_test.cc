@@ -89,14 +89,8 @@ TEST(Tune, TheReferenceIsRefused) {
   EXPECT_EQ(Tune(options).status().code(), absl::StatusCode::kFailedPrecondition);
 }
 
-TEST(Tune, BadOptionsAreNamed) {
+TEST(Tune, ADeviceThatIsNotThereIsNotFound) {
   TuneOptions options = SmallSearch();
-  options.repeats = 0;
-  EXPECT_THAT(Tune(options).status().message(), testing::HasSubstr("repeats = 0"));
-  options = SmallSearch();
-  options.least_gain = 1.5;
-  EXPECT_THAT(Tune(options).status().message(), testing::HasSubstr("least_gain = 1.5"));
-  options = SmallSearch();
   options.device = "no such device";
   EXPECT_EQ(Tune(options).status().code(), absl::StatusCode::kNotFound);
 }
