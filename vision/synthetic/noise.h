@@ -36,6 +36,11 @@ inline uint32_t Hash(uint32_t seed, int32_t x, int32_t y) {
               (static_cast<uint32_t>(y) * 0x85ebca77U + 0x165667b1U));
 }
 
+// Of the cell with these whole coordinates.
+inline uint32_t Hash(uint32_t seed, float x, float y) {
+  return Hash(seed, static_cast<int32_t>(x), static_cast<int32_t>(y));
+}
+
 // Uniform in [0, 1), from the upper 24 bits.
 inline float Unit(uint32_t hash) { return static_cast<float>(hash >> 8) * 0x1p-24f; }
 
@@ -90,6 +95,23 @@ struct FractalBand {
 };
 
 // (NO2), (NO3). Not normalised: the first octave has amplitude 1.
-float FractalNoise(float x, float y, uint32_t seed, float footprint, const FractalBand& band);
+inline float FractalNoise(float x, float y, uint32_t seed, float footprint,
+                          const FractalBand& band) {
+  float sum = 0.0f;
+  float amplitude = 1.0f;
+  float wavelength = band.coarsest;
+  for (int k = 0; k < band.octaves; ++k) {
+    const float resolved = Clamp01(wavelength / footprint - 1.0f);  // (NO3)
+    if (!(resolved > 0.0f)) break;
+    const float scale = 1.0f / wavelength;
+    sum += amplitude * resolved * ValueNoise(x * scale, y * scale, seed + static_cast<uint32_t>(k));
+    const float rotated = 0.8f * x - 0.6f * y;
+    y = 0.6f * x + 0.8f * y;
+    x = rotated;
+    amplitude *= band.persistence;
+    wavelength *= 0.5f;
+  }
+  return sum;
+}
 
 }  // namespace egosieve::vision

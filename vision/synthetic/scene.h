@@ -15,12 +15,6 @@
 
 namespace egosieve::vision {
 
-struct SceneObject {
-  ModelLook look;
-  Drive drive;
-  double ground_metres = 0.0;  // height of the ground below it
-};
-
 struct LightSettings {
   Eigen::Vector3d to_sun = Eigen::Vector3d(0.35, -0.5, 0.79);  // unit
   Color sun = Color(2.7f, 2.5f, 2.15f);

@@ -20,23 +20,17 @@ struct Clearance {
 };
 
 Clearance ClearanceOf(ObjectClass object_class) {
-  const Eigen::Vector2d half = ModelHalfExtent(object_class);
-  return {std::max(0.0, half.x() - half.y()), half.y()};
+  const ObjectFacts& facts = FactsOf(object_class);
+  return {std::max(0.0, facts.half_length - facts.half_width), facts.half_width};
 }
 
 // Distance between two chains of discs, from centre lines sampled at both ends and the middle.
 double Gap(const DriveState& a, const Clearance& ca, const DriveState& b, const Clearance& cb) {
   double gap = 1e9;
   for (const double i : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
-    const Eigen::Vector2d p =
-        a.pose.position +
-        i * ca.half_length *
-            Eigen::Vector2d(std::cos(a.pose.heading_radians), std::sin(a.pose.heading_radians));
+    const Eigen::Vector2d p = a.pose.position + i * ca.half_length * a.pose.Forward();
     for (const double j : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
-      const Eigen::Vector2d q =
-          b.pose.position +
-          j * cb.half_length *
-              Eigen::Vector2d(std::cos(b.pose.heading_radians), std::sin(b.pose.heading_radians));
+      const Eigen::Vector2d q = b.pose.position + j * cb.half_length * b.pose.Forward();
       gap = std::min(gap, (p - q).norm());
     }
   }
@@ -129,7 +123,7 @@ double SceneBuilder::CameraArrival(double x) const {
 }
 
 bool SceneBuilder::Clear(const SceneObject& candidate) const {
-  const Clearance own = ClearanceOf(candidate.look.object_class);
+  const Clearance own = ClearanceOf(candidate.object_class);
   const Clearance car = ClearanceOf(ObjectClass::kCar);
   const double margin = own.radius > 0.5 ? 0.25 : 0.1;
   for (double t = 0.0; t <= duration_ + 0.2; t += 0.2) {
@@ -138,7 +132,7 @@ bool SceneBuilder::Clear(const SceneObject& candidate) const {
     for (const SceneObject& other : scene.objects) {
       const DriveState there = other.drive.At(t);
       if ((there.pose.position - state.pose.position).squaredNorm() > 200.0) continue;
-      if (Gap(state, own, there, ClearanceOf(other.look.object_class)) < margin) return false;
+      if (Gap(state, own, there, ClearanceOf(other.object_class)) < margin) return false;
     }
   }
   return true;
@@ -147,9 +141,9 @@ bool SceneBuilder::Clear(const SceneObject& candidate) const {
 void SceneBuilder::Add(ObjectClass object_class, Path path, double start,
                        std::vector<SpeedKey> keys, double ground) {
   SceneObject object;
-  object.look.object_class = object_class;
-  object.look.seed = Hash(seed_ + 2000u, static_cast<int32_t>(draws_++));
-  object.look.lights_on = scene.light.night;
+  object.object_class = object_class;
+  object.seed = Hash(seed_ + 2000u, static_cast<int32_t>(draws_++));
+  object.lights_on = scene.light.night;
   object.drive = Drive(std::move(path), start, std::move(keys));
   object.ground_metres = ground;
   if (Clear(object)) scene.objects.push_back(std::move(object));

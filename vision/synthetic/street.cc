@@ -221,7 +221,7 @@ ObjectState DescribeObject(const Scene& scene, int index, const Pose& pose, doub
   const DriveState drive = object.drive.At(seconds);
   ObjectState state;
   state.id = index + 1;
-  state.object_class = object.look.object_class;
+  state.object_class = object.object_class;
   state.moving = drive.speed > kMovingMetresPerSecond;
   state.position << drive.pose.position, object.ground_metres;
   state.heading_radians = drive.pose.heading_radians;

@@ -76,8 +76,8 @@ class TownBuilder {
         const uint32_t h = Hash(seed, side, bay);
         if (!(Unit(h) < options_.parked)) continue;
         SceneObject car;
-        car.look.object_class = Unit(Hash(h + 1)) < 0.15f ? ObjectClass::kVan : ObjectClass::kCar;
-        car.look.seed = Hash(h + 2);
+        car.object_class = Unit(Hash(h + 1)) < 0.15f ? ObjectClass::kVan : ObjectClass::kCar;
+        car.seed = Hash(h + 2);
         const double across =
             (side == 0 ? -1.0 : 1.0) * (kParkingCentre + 0.1 * (Unit(Hash(h + 3)) - 0.5));
         const double s = 16.5 + 5.6 * bay + 0.7 * (Unit(Hash(h + 4)) - 0.5);
