@@ -203,7 +203,7 @@ SurfaceColor RayCaster::Texture(const Hit& hit, const Ray& ray, const Vector3d& 
       pixel_share * hit.t / (scene_.intrinsics.focal_pixels * (root * std::sqrt(std::sqrt(root)))));
   if (hit.primitive >= 0) return SurfaceAt(At(hit.primitive), hit, footprint, scene_.texture);
   const Vector3d point = ray.origin + hit.t * ray.direction;
-  return {GroundAlbedo(scene_.ground, point.head<2>(), footprint), Color::Zero()};
+  return GroundAlbedo(scene_.ground, point.head<2>(), footprint);
 }
 
 Color RayCaster::ThroughHaze(const Color& radiance, double depth) const {

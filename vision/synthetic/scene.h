@@ -8,10 +8,10 @@
 
 #include "vision/synthetic/camera.h"
 #include "vision/synthetic/drive.h"
-#include "vision/synthetic/ground.h"
 #include "vision/synthetic/models.h"
 #include "vision/synthetic/own_vehicle.h"
 #include "vision/synthetic/primitive.h"
+#include "vision/synthetic/surface.h"
 
 namespace egosieve::vision {
 
