@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "vision/synthetic/street_grid.h"
 #include "vision/synthetic/surface.h"
+#include "vision/synthetic/town.h"
 
 namespace egosieve::vision {
 namespace {

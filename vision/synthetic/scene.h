@@ -41,6 +41,7 @@ struct Scene {
   Intrinsics intrinsics;
   GroundStyle ground;
   float texture = 1.0f;  // contrast of walls and pavements
+  double lowest_house_metres = 8.0, highest_house_metres = 24.0;
   LightSettings light;
   SensorSettings sensor;
   OwnVehicleStyle own_vehicle;

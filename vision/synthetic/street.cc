@@ -15,7 +15,6 @@
 #include "vision/synthetic/noise.h"
 #include "vision/synthetic/own_vehicle.h"
 #include "vision/synthetic/ray_caster.h"
-#include "vision/synthetic/scenario_catalogue.h"
 #include "vision/synthetic/scene.h"
 
 namespace egosieve::vision {
@@ -285,32 +284,20 @@ absl::Status ScenarioOptions::Validate() const {
 }
 
 const char* RelationName(Relation relation) {
-  switch (relation) {
-    case Relation::kStanding:
-      return "standing";
-    case Relation::kAhead:
-      return "ahead";
-    case Relation::kOncoming:
-      return "oncoming";
-    case Relation::kCrossing:
-      return "crossing";
-  }
-  return "";
+  static constexpr const char* kNames[] = {"standing", "ahead", "oncoming", "crossing"};
+  return kNames[static_cast<int>(relation)];
 }
 
 Scenario::Scenario(std::string name, uint64_t seed, const ScenarioOptions& options, Scene scene)
     : name_(std::move(name)),
       seed_(seed),
       options_(options),
-      scene_(std::make_unique<Scene>(std::move(scene))),
-      index_(std::make_unique<SceneIndex>(*scene_)) {
+      scene_(std::make_shared<Scene>(std::move(scene))),
+      index_(std::make_shared<SceneIndex>(*scene_)) {
   if (!scene_->own_vehicle.visible) return;
-  own_vehicle_ = std::make_unique<OwnVehicle>(
+  own_vehicle_ = std::make_shared<OwnVehicle>(
       scene_->own_vehicle, cv::Size(options.width_pixels, options.height_pixels));
 }
-Scenario::~Scenario() = default;
-Scenario::Scenario(Scenario&&) noexcept = default;
-Scenario& Scenario::operator=(Scenario&&) noexcept = default;
 
 Pose Scenario::PoseAt(int frame) const {
   return scene_->camera.At(frame / options_.frames_per_second);
@@ -355,13 +342,14 @@ absl::StatusOr<Scenario> MakeScenario(std::string_view name, uint64_t seed,
                                       const ScenarioOptions& options) {
   const absl::Status valid = options.Validate();
   if (!valid.ok()) return valid;
-  const SceneRecipe* recipe = FindRecipe(name);
-  if (recipe == nullptr) {
+  const auto scenario = std::find_if(Scenarios().begin(), Scenarios().end(),
+                                     [&](const auto& each) { return each.name == name; });
+  if (scenario == Scenarios().end()) {
     return absl::NotFoundError(absl::StrFormat("no scenario is called \"%s\"; there are: %s",
                                                std::string(name),
                                                absl::StrJoin(ScenarioNames(), ", ")));
   }
-  Scene scene = BuildScene(*recipe, seed, options.frames / options.frames_per_second);
+  Scene scene = BuildScene(*scenario, seed, options.frames / options.frames_per_second);
   scene.intrinsics.focal_pixels =
       0.5 * options.width_pixels / std::tan(options.field_of_view_degrees * M_PI / 360.0);
   scene.intrinsics.centre_x = 0.5 * (options.width_pixels - 1);
@@ -381,16 +369,6 @@ absl::StatusOr<Scenario> MakeScenario(std::string_view name, uint64_t seed,
         std::string(name), options.frames, scene.objects.size()));
   }
   return Scenario(std::string(name), seed, options, std::move(scene));
-}
-
-const std::vector<ScenarioDescription>& Scenarios() {
-  static const auto* const list = [] {
-    auto* descriptions = new std::vector<ScenarioDescription>;
-    for (const SceneRecipe& recipe : Recipes())
-      descriptions->push_back({recipe.name, recipe.summary});
-    return descriptions;
-  }();
-  return *list;
 }
 
 }  // namespace egosieve::vision
