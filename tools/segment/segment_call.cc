@@ -9,7 +9,7 @@
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/run_folder.h"
 #include "vision/frame/image_decoding.h"
-#include "vision/frame/live_stream.h"
+#include "vision/frame/video_file.h"
 #include "vision/frame/video_remarks.h"
 
 namespace egosieve::tools {

@@ -15,7 +15,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/atomic_file.h"
-#include "vision/frame/written_video.h"
+#include "vision/frame/video_file.h"
 #include "vision/synthetic/street.h"
 
 namespace egosieve::tools {

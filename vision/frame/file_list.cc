@@ -22,7 +22,6 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 #include "vision/frame/image_decoding.h"
-#include "vision/frame/input_files.h"
 
 namespace egosieve::vision {
 namespace {
@@ -235,15 +234,10 @@ absl::Status CheckUnit(const std::string& path, const std::vector<double>& times
   const auto median = steps.begin() + static_cast<int64_t>(steps.size() / 2);
   std::nth_element(steps.begin(), median, steps.end());
   if (*median < kLongestStepSeconds) return absl::OkStatus();
-  const char* unit = "nanoseconds";
-  double per_second = 1e9;
-  if (*median < 1e3 * kLongestStepSeconds) {
-    unit = "milliseconds";
-    per_second = 1e3;
-  } else if (*median < 1e6 * kLongestStepSeconds) {
-    unit = "microseconds";
-    per_second = 1e6;
-  }
+  const auto [unit, per_second] =
+      *median < 1e3 * kLongestStepSeconds   ? std::pair("milliseconds", 1e3)
+      : *median < 1e6 * kLongestStepSeconds ? std::pair("microseconds", 1e6)
+                                            : std::pair("nanoseconds", 1e9);
   return absl::InvalidArgumentError(absl::StrFormat(
       "%s: the times are read as seconds and step by %.15g, so they seem to be %s; divide them by "
       "%.0f, or leave them out",
@@ -260,13 +254,13 @@ bool AreSidePictures(const std::vector<std::string>& names) {
 }  // namespace
 
 bool HasListExtension(const std::string& path) {
-  const std::string extension = absl::AsciiStrToLower(fs::path(path).extension().string());
+  const std::string extension = ExtensionOf(path);
   return extension == ".txt" || extension == ".csv";
 }
 
-absl::StatusOr<FileList> ReadFileList(const std::string& path) {
+absl::StatusOr<InputFiles> ReadFileList(const std::string& path) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Line> lines, ReadLines(path));
-  FileList list;
+  InputFiles list;
   ListReader reader(path);
   std::vector<std::string> names;
   size_t other_files = 0;
@@ -303,6 +297,7 @@ absl::StatusOr<FileList> ReadFileList(const std::string& path) {
                      names.front(), "; give the list of the camera's pictures, or rename it"));
   }
   EGOSIEVE_RETURN_IF_ERROR(CheckUnit(path, list.times_seconds));
+  list.are_videos = HasVideoExtension(list.paths.front());
   if (other_files > 0) {
     list.remarks.push_back(absl::StrCat(other_files, " files in further columns of ", path,
                                         " are left out; the pictures are those like ",

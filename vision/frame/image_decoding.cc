@@ -4,10 +4,8 @@
 #include <jpeglib.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <csetjmp>
-#include <cstdint>
 #include <cstdio>  // jpeglib.h needs it
 #include <filesystem>
 #include <limits>
@@ -20,13 +18,11 @@
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
-#include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
-
-extern "C" {}
 
 namespace egosieve::vision {
 namespace {
@@ -38,6 +34,8 @@ namespace {
 //          of data before the last line, finds codes that no encoder writes, or has many left. What
 //          lies behind the picture (the video of a motion photo, padding, trailers) does not matter
 //   PNG    the chain of chunks, each with its length, reaches IEND
+//
+// What has too many pixels by its header is refused before that.
 //
 // Other formats are left to their decoders.
 
@@ -51,6 +49,7 @@ struct JpegErrors {
   std::jmp_buf leave;
   char message[JMSG_LENGTH_MAX];
   bool is_without_end;
+  int64_t width, height;  // 0 before the header is read
 };
 
 [[noreturn]] void Leave(j_common_ptr jpeg) {
@@ -89,6 +88,7 @@ bool DecodeLines(std::string_view bytes, std::vector<JSAMPLE>& line, JpegErrors&
   errors.manager.emit_message = OnMessage;
   errors.manager.output_message = Print;
   errors.is_without_end = false;
+  errors.width = errors.height = 0;
   jpeg_create_decompress(&jpeg);
   if (setjmp(errors.leave) != 0) {
     jpeg_destroy_decompress(&jpeg);
@@ -96,6 +96,12 @@ bool DecodeLines(std::string_view bytes, std::vector<JSAMPLE>& line, JpegErrors&
   }
   jpeg_mem_src(&jpeg, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_read_header(&jpeg, TRUE);
+  errors.width = jpeg.image_width;
+  errors.height = jpeg.image_height;
+  if (errors.width * errors.height > kMaximumPixels) {
+    jpeg_destroy_decompress(&jpeg);
+    return false;
+  }
   jpeg.scale_num = 1;
   jpeg.scale_denom = 8;
   jpeg_start_decompress(&jpeg);
@@ -111,6 +117,7 @@ absl::Status CheckWholeJpeg(std::string& bytes) {
   std::vector<JSAMPLE> line;
   JpegErrors errors;
   if (!DecodeLines(bytes, line, errors)) {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPixels(errors.width, errors.height));
     return absl::DataLossError(absl::StrCat(
         "the picture is cut short or damaged (",
         absl::AsciiStrToLower(static_cast<const char*>(errors.message)), "); copy it again"));
@@ -126,11 +133,18 @@ absl::Status CheckWholeJpeg(std::string& bytes) {
 
 absl::Status CheckWholePng(std::string_view bytes) {
   constexpr size_t kSignature = 8, kAround = 12;  // length, name and checksum of a chunk
+  constexpr size_t kWidth = 16, kHeight = 20, kSizesEnd = 24;
+  const auto number = [&](size_t place) {
+    uint32_t value = 0;
+    for (int i = 0; i < 4; ++i) value = value << 8 | static_cast<uint8_t>(bytes[place + i]);
+    return value;
+  };
+  if (bytes.size() >= kSizesEnd) {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPixels(number(kWidth), number(kHeight)));
+  }
   for (size_t place = kSignature; place + kAround <= bytes.size();) {
-    uint32_t length = 0;
-    for (int i = 0; i < 4; ++i) length = length << 8 | static_cast<uint8_t>(bytes[place + i]);
     if (bytes.substr(place + 4, 4) == "IEND") return absl::OkStatus();
-    place += kAround + length;
+    place += kAround + number(place);
   }
   return absl::DataLossError("the picture is cut short; copy it again");
 }
@@ -143,13 +157,9 @@ absl::Status CheckWhole(std::string& bytes) {
   return absl::OkStatus();
 }
 
-constexpr std::array<std::string_view, 13> kImageExtensions = {
-    ".png", ".jpg", ".jpeg", ".jpe", ".bmp",  ".tif", ".tiff",
-    ".pgm", ".ppm", ".pnm",  ".pbm", ".webp", ".jp2"};
-
 constexpr int64_t kMaximumBytes = std::numeric_limits<int>::max();  // they are one row of a cv::Mat
 
-// Whether the bytes begin like a picture of kImageExtensions. OpenCV passes all others to GDAL and
+// Whether the bytes begin like a picture that is read. OpenCV passes all others to GDAL and
 // GDCM, which end the process on some inputs.
 bool BeginsAsPicture(std::string_view bytes) {
   constexpr std::string_view kBegins[] = {"\x89PNG",    "\xff\xd8\xff",      "BM",
@@ -182,7 +192,6 @@ absl::StatusOr<cv::Mat> Decode(const std::string& path) {
     return failed(absl::StrCat("a ", kind, " picture, which is not read; convert it to JPEG"));
   }
   if (!BeginsAsPicture(bytes)) return failed("cannot be decoded as a picture");
-  if (const absl::Status size = CheckPixelsOfFile(bytes); !size.ok()) return failed(size.message());
   if (const absl::Status whole = CheckWhole(bytes); !whole.ok()) return failed(whole.message());
   cv::Mat picture;
   try {
@@ -194,6 +203,8 @@ absl::StatusOr<cv::Mat> Decode(const std::string& path) {
   if (picture.empty()) return failed("cannot be decoded as a picture");
   return picture;
 }
+
+bool IsDeep(int depth) { return depth == CV_16U || depth == CV_32F || depth == CV_64F; }
 
 double FullScale(int depth) { return depth == CV_16U ? 65535.0 : 1.0; }
 
@@ -238,18 +249,28 @@ std::optional<ValueRange> RangeOf(std::vector<double>& values, int depth) {
 
 }  // namespace
 
+absl::Status CheckPixels(int64_t width_pixels, int64_t height_pixels) {
+  if (width_pixels <= 0 || height_pixels <= kMaximumPixels / width_pixels) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrFormat(
+      "%d x %d pixels are more than the %d that are taken; make the picture smaller", width_pixels,
+      height_pixels, kMaximumPixels));
+}
+
+std::string ExtensionOf(const std::string& path) {
+  return absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
+}
+
 bool HasImageExtension(const std::string& path) {
-  const std::string extension =
-      absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
-  return std::find(kImageExtensions.begin(), kImageExtensions.end(), extension) !=
-         kImageExtensions.end();
+  constexpr std::string_view kExtensions[] = {".png", ".jpg",  ".jpeg", ".jpe", ".bmp",
+                                              ".tif", ".tiff", ".pgm",  ".ppm", ".pnm",
+                                              ".pbm", ".webp", ".jp2"};
+  return std::count(std::begin(kExtensions), std::end(kExtensions), ExtensionOf(path)) > 0;
 }
 
 std::string UnreadPictureKind(const std::string& path) {
   constexpr std::string_view kKinds[] = {".heic", ".heif", ".avif", ".jxl", ".dng",
                                          ".cr2",  ".cr3",  ".nef",  ".arw", ".raf"};
-  const std::string extension =
-      absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
+  const std::string extension = ExtensionOf(path);
   const bool is_one = std::count(std::begin(kKinds), std::end(kKinds), extension) > 0;
   return is_one ? absl::AsciiStrToUpper(extension.substr(1)) : "";
 }
@@ -258,41 +279,25 @@ absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture,
                                           const std::optional<ValueRange>& range) {
   if (picture.empty()) return absl::InvalidArgumentError("the picture has no pixels");
   EGOSIEVE_RETURN_IF_ERROR(CheckPixels(picture.cols, picture.rows));
-  cv::Mat bytes;
-  switch (picture.depth()) {
-    case CV_8U:
-      bytes = picture;
-      break;
-    case CV_16U:
-    case CV_32F:
-    case CV_64F:
-      if (range) {
-        const double scale = 255.0 / (range->high - range->low);
-        picture.convertTo(bytes, CV_8U, scale, -range->low * scale);
-      } else {
-        picture.convertTo(bytes, CV_8U, 255.0 / FullScale(picture.depth()));
-      }
-      break;
-    default:
-      return absl::InvalidArgumentError(
-          absl::StrCat("pictures of OpenCV depth ", picture.depth(), " are not supported"));
+  const int depth = picture.depth(), channels = picture.channels();
+  if (depth != CV_8U && !IsDeep(depth)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("pictures of OpenCV depth ", depth, " are not supported"));
   }
-  DecodedImage result;
-  switch (bytes.channels()) {
-    case 1:
-      cv::cvtColor(bytes, result.image, cv::COLOR_GRAY2BGR);
-      result.is_grey = true;
-      return result;
-    case 3:
-      result.image = bytes;
-      return result;
-    case 4:
-      cv::cvtColor(bytes, result.image, cv::COLOR_BGRA2BGR);
-      return result;
-    default:
-      return absl::InvalidArgumentError(
-          absl::StrCat("pictures of ", bytes.channels(), " channels are not supported"));
+  if (channels != 1 && channels != 3 && channels != 4) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("pictures of ", channels, " channels are not supported"));
   }
+  DecodedImage result{picture, channels == 1};
+  if (IsDeep(depth)) {
+    const ValueRange from = range.value_or(ValueRange{0.0, FullScale(depth)});
+    const double scale = 255.0 / (from.high - from.low);
+    picture.convertTo(result.image, CV_8U, scale, -from.low * scale);
+  }
+  const cv::Mat bytes = result.image;
+  if (channels == 1) cv::cvtColor(bytes, result.image, cv::COLOR_GRAY2BGR);
+  if (channels == 4) cv::cvtColor(bytes, result.image, cv::COLOR_BGRA2BGR);
+  return result;
 }
 
 absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path,
@@ -316,7 +321,7 @@ absl::StatusOr<std::optional<ValueRange>> RangeOfDrive(const std::vector<std::st
     if (kernels::IsOfTheMachine(picture.status())) return picture.status();
     if (!picture.ok()) continue;
     if (depth < 0) depth = picture->depth();
-    if (depth != CV_16U && depth != CV_32F && depth != CV_64F) break;
+    if (!IsDeep(depth)) break;
     if (picture->depth() == depth) Sample(*picture, values);
   }
   return RangeOf(values, depth);
