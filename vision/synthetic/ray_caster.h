@@ -20,9 +20,8 @@
 
 namespace egosieve::vision {
 
-// Data that are constant over a drive, built once: bounds and shadows of the scenery.
-class SceneIndex {
- public:
+// What is constant over a drive, built once: bounds and shadows of the scenery.
+struct SceneIndex {
   explicit SceneIndex(const Scene& scene);
   std::vector<Eigen::AlignedBox3d> bounds;
   CandidateLists shadows;
@@ -67,7 +66,6 @@ class RayCaster {
 
  private:
   Eigen::Vector3d RayDirection(double x, double y) const;
-  const Primitive& At(int index) const;
   // u: of the pixel without distortion (Intrinsics::Undistort).
   Hit Trace(const Ray& ray, const Eigen::Vector2d& u) const;
   Eigen::Vector3d NormalAt(const Hit& hit, const Ray& ray) const;
@@ -85,8 +83,8 @@ class RayCaster {
   double seconds_;
   PinholeView pinhole_;
   Pose pose_;
-  std::vector<Primitive> movable_;
-  std::vector<Eigen::AlignedBox3d> movable_bounds_;
+  std::vector<Primitive> primitives_;  // scenery, then what can move
+  std::vector<Eigen::AlignedBox3d> bounds_;
   CandidateLists movable_shadows_;
   CandidateLists view_;
   std::vector<Eigen::Vector3d> near_lamps_;

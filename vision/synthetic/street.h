@@ -26,7 +26,7 @@
 
 namespace egosieve::vision {
 
-class SceneIndex;
+struct SceneIndex;
 
 struct ScenarioOptions {
   int width_pixels = 640;

@@ -69,15 +69,13 @@ const std::vector<Candidate>& CandidateLists::At(const Eigen::Vector2d& place) c
   return lists_[static_cast<size_t>(q.y()) * columns_ + static_cast<size_t>(q.x())];
 }
 
-CandidateLists ListView(const std::vector<Eigen::AlignedBox3d>& scenery,
-                        const std::vector<Eigen::AlignedBox3d>& movable, const PinholeView& view,
+CandidateLists ListView(const std::vector<Eigen::AlignedBox3d>& bounds, const PinholeView& view,
                         const Pose& pose) {
   std::vector<std::pair<Candidate, Eigen::AlignedBox2d>> seen;
-  for (size_t k = 0; k < scenery.size() + movable.size(); ++k) {
-    const Eigen::AlignedBox3d& box = k < scenery.size() ? scenery[k] : movable[k - scenery.size()];
+  for (size_t k = 0; k < bounds.size(); ++k) {
     Eigen::AlignedBox2d image;
     double depth;
-    if (!ProjectBox(box, view.intrinsics, pose, &image, &depth)) continue;
+    if (!ProjectBox(bounds[k], view.intrinsics, pose, &image, &depth)) continue;
     seen.push_back({{static_cast<int32_t>(k), static_cast<float>(depth) * 0.99999f}, image});
   }
   std::stable_sort(seen.begin(), seen.end(),
@@ -97,10 +95,10 @@ Eigen::Vector2d ShadowPlace(const Eigen::Vector3d& point, const Eigen::Vector3d&
   return point.head<2>() - to_sun.head<2>() * (point.z() / to_sun.z());
 }
 
-CandidateLists ListShadows(const std::vector<Eigen::AlignedBox3d>& bounds,
+CandidateLists ListShadows(const std::vector<Eigen::AlignedBox3d>& bounds, size_t first,
                            const Eigen::Vector3d& to_sun, const Eigen::AlignedBox2d& area) {
   CandidateLists lists(area, kShadowCellMetres);
-  for (size_t k = 0; k < bounds.size(); ++k) {
+  for (size_t k = first; k < bounds.size(); ++k) {
     Eigen::AlignedBox2d footprint;
     for (int corner = 0; corner < 8; ++corner) {
       const auto type = static_cast<Eigen::AlignedBox3d::CornerType>(corner);

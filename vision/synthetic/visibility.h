@@ -49,15 +49,14 @@ struct PinholeView {
   int height = 0;
 };
 
-// By the view's pixels. Primitives count through `scenery`, then through `movable`.
-CandidateLists ListView(const std::vector<Eigen::AlignedBox3d>& scenery,
-                        const std::vector<Eigen::AlignedBox3d>& movable, const PinholeView& view,
+// By the view's pixels. Primitives are indices of `bounds`.
+CandidateLists ListView(const std::vector<Eigen::AlignedBox3d>& bounds, const PinholeView& view,
                         const Pose& pose);
 
 // (SG1).
 Eigen::Vector2d ShadowPlace(const Eigen::Vector3d& point, const Eigen::Vector3d& to_sun);
-// By (SG1). Primitives are indices of `bounds`.
-CandidateLists ListShadows(const std::vector<Eigen::AlignedBox3d>& bounds,
+// By (SG1), from the index `first` on.
+CandidateLists ListShadows(const std::vector<Eigen::AlignedBox3d>& bounds, size_t first,
                            const Eigen::Vector3d& to_sun, const Eigen::AlignedBox2d& area);
 
 }  // namespace egosieve::vision
