@@ -93,4 +93,22 @@ bool EndsWithinAPart(const std::string& path);
 // never closed.
 bool LacksSampleTable(const std::string& path);
 
+// Remarks on videos that are not read as they were recorded or meant to be seen.
+//
+//   interlaced     each frame holds two half pictures of different times: moving objects have
+//                  combed edges
+//   HDR            brightness coded for very bright screens (PQ, HLG) is read as ordinary
+//                  brightness: pictures have little contrast
+//
+//   gaps           chapters of one drive with missing time between them, or in an order that
+//                  differs from their times: by the creation times of the files, where all have
+//                  one and a gap is longer than three seconds
+//
+// Videos with only ten or twelve bits per colour are read correctly, rounded to eight.
+//
+// Remarks on a video, or on the chapters of a drive in their order, which are assumed to differ
+// only in their times. One sentence each, with the remedy; none for files that are not videos. They
+// rely on the metadata of the files.
+std::vector<std::string> RemarksOnVideos(const std::vector<std::string>& paths);
+
 }  // namespace egosieve::vision

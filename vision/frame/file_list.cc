@@ -32,8 +32,7 @@ constexpr int64_t kMaximumBytes = int64_t{1} << 30;
 constexpr size_t kNanosecondDigits = 18;
 
 struct Line {
-  size_t number = 0;  // from 1
-  std::string text;
+  std::string place, text;  // "list.txt, line 3: "
 };
 
 absl::StatusOr<std::vector<Line>> ReadLines(const std::string& path) {
@@ -49,13 +48,14 @@ absl::StatusOr<std::vector<Line>> ReadLines(const std::string& path) {
   for (const absl::string_view row : absl::StrSplit(rest, '\n')) {
     ++number;
     const absl::string_view content = absl::StripAsciiWhitespace(row);
-    if (!content.empty() && content.front() != '#') lines.push_back({number, std::string(content)});
+    if (content.empty() || content.front() == '#') continue;
+    lines.push_back({absl::StrCat(path, ", line ", number, ": "), std::string(content)});
   }
   return lines;
 }
 
-absl::Status LineError(const std::string& path, const Line& line, const std::string& what) {
-  return absl::InvalidArgumentError(absl::StrCat(path, ", line ", line.number, ": ", what));
+absl::Status LineError(const Line& line, const std::string& what) {
+  return absl::InvalidArgumentError(line.place + what);
 }
 
 std::optional<double> TimeOf(absl::string_view text) {
@@ -211,16 +211,15 @@ class ListReader {
   std::optional<size_t> time_column_;
 };
 
-absl::Status CheckAscending(const std::string& path, const Line& line, double time,
-                            const std::vector<double>& before) {
+absl::Status CheckAscending(const Line& line, double time, const std::vector<double>& before) {
   if (before.empty() || time > before.back()) return absl::OkStatus();
   if (time == before.back()) {
-    return LineError(path, line,
+    return LineError(line,
                      absl::StrFormat("the time %.15g is equal to the one before it; give every "
                                      "picture its own time, or leave the times out",
                                      time));
   }
-  return LineError(path, line,
+  return LineError(line,
                    absl::StrFormat("the time %.15g does not come after %.15g, which stands before "
                                    "it; sort the list by time",
                                    time, before.back()));
@@ -269,7 +268,7 @@ absl::StatusOr<InputFiles> ReadFileList(const std::string& path) {
     const Entry entry = reader.EntryOf(line.text);
     if (entry.path.empty()) {
       return LineError(
-          path, line,
+          line,
           entry.name.empty()   ? "neither a picture's name nor a time and a name; give one of them"
           : TimeOf(entry.name) ? "a time without a picture; give the folder of pictures, and this "
                                  "file to --times"
@@ -280,10 +279,10 @@ absl::StatusOr<InputFiles> ReadFileList(const std::string& path) {
     list.paths.push_back(entry.path);
     other_files += entry.other_files;
     if (list.paths.size() > 1 && entry.time.has_value() == list.times_seconds.empty()) {
-      return LineError(path, line, "some lines have a time and some have none; give all or none");
+      return LineError(line, "some lines have a time and some have none; give all or none");
     }
     if (entry.time) {
-      EGOSIEVE_RETURN_IF_ERROR(CheckAscending(path, line, *entry.time, list.times_seconds));
+      EGOSIEVE_RETURN_IF_ERROR(CheckAscending(line, *entry.time, list.times_seconds));
       list.times_seconds.push_back(*entry.time);
     }
   }
@@ -312,12 +311,11 @@ absl::StatusOr<std::vector<double>> ReadTimes(const std::string& path, size_t co
   for (const Line& line : lines) {
     const std::optional<double> time = TimeOf(line.text);
     if (!time) {
-      return LineError(path, line,
-                       absl::StrCat("'", line.text,
-                                    "' is no time; give seconds, nanoseconds or "
-                                    "2011-09-26 13:02:25.59"));
+      return LineError(line, absl::StrCat("'", line.text,
+                                          "' is no time; give seconds, nanoseconds or "
+                                          "2011-09-26 13:02:25.59"));
     }
-    EGOSIEVE_RETURN_IF_ERROR(CheckAscending(path, line, *time, times));
+    EGOSIEVE_RETURN_IF_ERROR(CheckAscending(line, *time, times));
     times.push_back(*time);
   }
   EGOSIEVE_RETURN_IF_ERROR(CheckUnit(path, times));

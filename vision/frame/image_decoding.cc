@@ -49,12 +49,14 @@ struct JpegErrors {
   std::jmp_buf leave;
   char message[JMSG_LENGTH_MAX];
   bool is_without_end;
-  int64_t width, height;  // 0 before the header is read
+  int64_t width, height;  // where the decoder failed; 0 before the header is read
 };
 
 [[noreturn]] void Leave(j_common_ptr jpeg) {
   auto* errors = reinterpret_cast<JpegErrors*>(jpeg->err);
   jpeg->err->format_message(jpeg, errors->message);
+  errors->width = reinterpret_cast<j_decompress_ptr>(jpeg)->image_width;
+  errors->height = reinterpret_cast<j_decompress_ptr>(jpeg)->image_height;
   std::longjmp(errors->leave, 1);
 }
 
@@ -77,8 +79,6 @@ void OnMessage(j_common_ptr jpeg, int level) {
   }
 }
 
-void Print(j_common_ptr) {}
-
 // False with the decoder's message in `errors` if not all lines can be decoded. No object that
 // longjmp would have to destroy is made here.
 bool DecodeLines(std::string_view bytes, std::vector<JSAMPLE>& line, JpegErrors& errors) {
@@ -86,9 +86,8 @@ bool DecodeLines(std::string_view bytes, std::vector<JSAMPLE>& line, JpegErrors&
   jpeg.err = jpeg_std_error(&errors.manager);
   errors.manager.error_exit = Leave;
   errors.manager.emit_message = OnMessage;
-  errors.manager.output_message = Print;
+  errors.manager.output_message = [](j_common_ptr) {};
   errors.is_without_end = false;
-  errors.width = errors.height = 0;
   jpeg_create_decompress(&jpeg);
   if (setjmp(errors.leave) != 0) {
     jpeg_destroy_decompress(&jpeg);
@@ -96,11 +95,8 @@ bool DecodeLines(std::string_view bytes, std::vector<JSAMPLE>& line, JpegErrors&
   }
   jpeg_mem_src(&jpeg, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_read_header(&jpeg, TRUE);
-  errors.width = jpeg.image_width;
-  errors.height = jpeg.image_height;
-  if (errors.width * errors.height > kMaximumPixels) {
-    jpeg_destroy_decompress(&jpeg);
-    return false;
+  if (int64_t{jpeg.image_width} * jpeg.image_height > kMaximumPixels) {
+    Leave(reinterpret_cast<j_common_ptr>(&jpeg));
   }
   jpeg.scale_num = 1;
   jpeg.scale_denom = 8;
@@ -211,16 +207,13 @@ double FullScale(int depth) { return depth == CV_16U ? 65535.0 : 1.0; }
 // Appends values of the picture without alpha, at most kMostValues, evenly spaced.
 void Sample(const cv::Mat& picture, std::vector<double>& values) {
   constexpr size_t kMostValues = 1 << 16;
-  const size_t step = picture.total() / kMostValues + 1;
-  const int colours = std::min(picture.channels(), 3);
+  cv::Mat doubles;
+  picture.convertTo(doubles, CV_64F);
+  const size_t step = picture.total() / kMostValues + 1, channels = picture.channels();
+  const auto* all = doubles.ptr<double>();
   for (size_t place = 0; place < picture.total(); place += step) {
-    const int y = static_cast<int>(place / picture.cols),
-              x = static_cast<int>(place % picture.cols);
-    for (int c = 0; c < colours; ++c) {
-      const int at = x * picture.channels() + c;
-      const double value = picture.depth() == CV_16U   ? picture.ptr<uint16_t>(y)[at]
-                           : picture.depth() == CV_32F ? picture.ptr<float>(y)[at]
-                                                       : picture.ptr<double>(y)[at];
+    for (size_t c = 0; c < std::min<size_t>(channels, 3); ++c) {
+      const double value = all[place * channels + c];
       if (std::isfinite(value)) values.push_back(value);
     }
   }

@@ -181,9 +181,7 @@ class VideoFile : public FrameSource {
     if (position_ <= next_index_) return FrameRead(End());
     const int64_t index = next_index_++;
     if (index < position_ - 1) return FrameRead(DamagedFrame{index, CannotBeDecoded(index)});
-    absl::StatusOr<Frame> frame = Retrieve(index);
-    if (!frame.ok()) return FrameRead(DamagedFrame{index, std::string(frame.status().message())});
-    return FrameRead(*std::move(frame));
+    return Retrieve(index);
   }
 
   absl::StatusOr<bool> DeliversAFrame() {
@@ -308,16 +306,17 @@ class VideoFile : public FrameSource {
     return index_ || index == 0 || own > seconds_ ? own : following;
   }
 
-  absl::StatusOr<Frame> Retrieve(int64_t index) {
+  FrameRead Retrieve(int64_t index) {
+    if (const absl::Status size = CheckPixels(frame_->width, frame_->height); !size.ok()) {
+      return DamagedFrame{index, std::string(size.message())};
+    }
     const cv::Mat picture = converter_.Convert(*frame_);
-    if (picture.empty()) return absl::DataLossError(CannotBeDecoded(index));
-    absl::StatusOr<DecodedImage> decoded = ConvertToBgr(Turned(picture, degrees_));
-    if (!decoded.ok()) return decoded.status();
-    return Frame{index, seconds_, decoded->image, decoded->is_grey};
+    if (picture.empty()) return DamagedFrame{index, CannotBeDecoded(index)};
+    return Frame{index, seconds_, Turned(picture, degrees_)};
   }
 
   std::string CannotBeDecoded(int64_t index) const {
-    return absl::StrCat(path_, ": frame ", index, " cannot be decoded");
+    return absl::StrCat(description(), ": frame ", index, " cannot be decoded");
   }
 
   EndOfFrames End() const {

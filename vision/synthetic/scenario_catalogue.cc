@@ -107,8 +107,8 @@ class SceneBuilder {
     Add(object_class, Path({x, kLaneCentre}, M_PI), 0.0, std::move(speeds));
   }
 
-  // In the oncoming lane, in the camera's direction; returns to the right lane `return_metres` after
-  // the start if that is positive.
+  // In the oncoming lane, in the camera's direction; returns to the right lane `return_metres`
+  // after the start if that is positive.
   void Overtaker(ObjectClass object_class, double x, double speed, double return_metres) {
     Path path({x, kLaneCentre}, 0.0);
     if (return_metres > 0.0) path.Shift(return_metres, return_metres + 22.0, -2.0 * kLaneCentre);
@@ -420,8 +420,8 @@ void Night(SceneBuilder& s) {
   Street(s);
 }
 
-// Round one block to the left again and again. The traffic of all rounds is alike: cars on all streets
-// of the block, on each side, and people on the southern street's pavements.
+// Round one block to the left again and again. The traffic of all rounds is alike: cars on all
+// streets of the block, on each side, and people on the southern street's pavements.
 void Rounds(SceneBuilder& s) {
   constexpr double kRoundSeconds = 45.0, kEverySeconds = 4.0, kPer100Metres = 6.0;
   constexpr double kRadius = 9.0, kQuarter = M_PI / 2, kSpeed = 8.0, kWalk = 1.3;

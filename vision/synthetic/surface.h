@@ -2,12 +2,14 @@
 // appearance and the point in the primitive's own frame, so that texture moves with its object.
 //
 //   surface.cc   vehicles, trees, signs, roofs
-//   facade.cc    the walls of houses. They are of render or brick, stained, with windows, shop fronts
-//                with lettered signs on the ground floor, doors, posters and graffiti. Windows have
-//                frames, curtains, blinds and reflections of their own. Everything is drawn from
-//                hashes of the house, the wall, the floor and the bay, so that all windows differ
-//   ground.cc    asphalt with repairs, cracks, stains, manholes and litter. Where the street grid has
-//                them there are lane markings, parking lines, zebra crossings and stop lines, all worn
+//   facade.cc    the walls of houses. They are of render or brick, stained, with windows, shop
+//                fronts with lettered signs on the ground floor, doors, posters and graffiti.
+//                Windows have frames, curtains, blinds and reflections of their own. Everything is
+//                drawn from hashes of the house, the wall, the floor and the bay, so that all
+//                windows differ
+//   ground.cc    asphalt with repairs, cracks, stains, manholes and litter. Where the street grid
+//                has them there are lane markings, parking lines, zebra crossings and stop lines,
+//                all worn
 //
 // `footprint`: side of a pixel on the surface, metres. `texture`: contrast; 0: none.
 #pragma once

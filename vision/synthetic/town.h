@@ -25,8 +25,8 @@ inline constexpr double kParkingCentre = (kLaneWidth + kKerb) / 2;
 
 inline double NearestMultiple(double x, double pitch) { return pitch * std::round(x / pitch); }
 
-// Fills the grid around the points that the camera passes: houses, pavements, trees, lamps, signs and
-// parked cars.
+// Fills the grid around the points that the camera passes: houses, pavements, trees, lamps, signs
+// and parked cars.
 void AppendTown(const std::vector<Eigen::Vector2d>& camera_points, Scene* scene);
 
 }  // namespace egosieve::vision

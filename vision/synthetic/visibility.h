@@ -1,16 +1,17 @@
-// Finds the primitives that a ray may meet: those whose bounding boxes, projected along the rays to a
-// plane, cover the ray's place there. The plane is divided into square cells, each with a list, and a
-// query reads one cell.
+// Finds the primitives that a ray may meet: those whose bounding boxes, projected along the rays to
+// a plane, cover the ray's place there. The plane is divided into square cells, each with a list,
+// and a query reads one cell.
 //
-//   view      Rays are o + t d with unit component of d along the optical axis, so that t is the depth
-//             Z. The plane is the image, and lists are sorted by the smallest depth of the boxes: once
-//             a hit is nearer than the next entry's depth, the rest of the list can be skipped.
+//   view      Rays are o + t d with unit component of d along the optical axis, so that t is the
+//             depth Z. The plane is the image, and lists are sorted by the smallest depth of the
+//             boxes: once a hit is nearer than the next entry's depth, the rest of the list can be
+//             skipped.
 //   shadows   The line through P along the sun's direction meets the ground at
 //
-//               G = P - to_sun P_z / to_sun_z                                                   (SG1)
+//               G = P - to_sun P_z / to_sun_z                                             (SG1)
 //
-//             Only those primitives can shade P whose box, projected along the same direction, covers
-//             G.
+//             Only those primitives can shade P whose box, projected along the same direction,
+//             covers G.
 #pragma once
 
 #include <Eigen/Core>
