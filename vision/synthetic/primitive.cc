@@ -18,18 +18,15 @@ struct Interval {
   bool empty() const { return !(near < far); }
 };
 
-// Cuts off what does not fulfil speed t <= room.
-inline void Clip(double speed, double room, int face, Interval* interval) {
+// Cuts off what does not fulfil speed t <= room; `end` is room / speed.
+inline void Clip(double speed, double room, double end, int face, Interval* interval) {
   if (speed == 0.0) {
     if (!(room >= 0.0)) interval->far = -std::numeric_limits<double>::infinity();
-    return;
-  }
-  const double t = room / speed;
-  if (speed < 0.0 && t > interval->near) {
-    interval->near = t;
+  } else if (speed < 0.0 && end > interval->near) {
+    interval->near = end;
     interval->near_face = face;
-  } else if (speed > 0.0 && t < interval->far) {
-    interval->far = t;
+  } else if (speed > 0.0 && end < interval->far) {
+    interval->far = end;
     interval->far_face = face;
   }
 }
@@ -50,26 +47,27 @@ inline bool ClipQuadric(double a, double b, double c, Interval* interval) {
 Interval ConvexInterval(const Primitive& p, const Vector3d& o, const Vector3d& d) {
   Interval interval;
   const Vector3d& h = p.half_size;
-  if (p.shape == Shape::kProfile) {
-    int face = 0;
-    for (const HalfSpace& space : p.profile->half_spaces) {
-      Clip(space.normal.dot(d), space.offset - space.normal.dot(o), face++, &interval);
-    }
-    return interval;
+  const Vector3d so = o.cwiseQuotient(h), sd = d.cwiseQuotient(h);
+  bool meets = true;
+  if (p.shape == Shape::kEllipsoid) {
+    meets = ClipQuadric(sd.squaredNorm(), so.dot(sd), so.squaredNorm() - 1.0, &interval);
+  } else if (p.shape == Shape::kCylinder) {
+    meets = ClipQuadric(sd.x() * sd.x() + sd.y() * sd.y(), so.x() * sd.x() + so.y() * sd.y(),
+                        so.x() * so.x() + so.y() * so.y() - 1.0, &interval);
   }
-  if (p.shape != Shape::kBox) {
-    Vector3d so = o.cwiseQuotient(h), sd = d.cwiseQuotient(h);
-    if (p.shape == Shape::kCylinder) so.z() = sd.z() = 0.0;
-    if (!ClipQuadric(sd.squaredNorm(), so.dot(sd), so.squaredNorm() - 1.0, &interval)) {
-      interval.far = interval.near;
-      return interval;
-    }
-    if (p.shape == Shape::kEllipsoid) return interval;
-  }
+  if (!meets) interval.far = interval.near;
   int face = p.shape == Shape::kCylinder ? 1 : 0;
-  for (int axis = p.shape == Shape::kCylinder ? 2 : 0; axis < 3; ++axis) {
-    Clip(-d[axis], h[axis] + o[axis], face++, &interval);
-    Clip(d[axis], h[axis] - o[axis], face++, &interval);
+  if (p.shape == Shape::kProfile) {
+    for (const HalfSpace& space : p.profile->half_spaces) {
+      const double speed = space.normal.dot(d), room = space.offset - space.normal.dot(o);
+      Clip(speed, room, room / speed, face++, &interval);
+    }
+  } else if (meets && p.shape != Shape::kEllipsoid) {
+    for (int axis = p.shape == Shape::kCylinder ? 2 : 0; axis < 3; ++axis) {
+      const double inverse = 1.0 / d[axis];
+      Clip(-d[axis], h[axis] + o[axis], (-h[axis] - o[axis]) * inverse, face++, &interval);
+      Clip(d[axis], h[axis] - o[axis], (h[axis] - o[axis]) * inverse, face++, &interval);
+    }
   }
   return interval;
 }
