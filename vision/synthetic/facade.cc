@@ -183,18 +183,24 @@ float Lettering(float u, float v, uint32_t seed, float footprint) {
 SurfaceColor FacadeColor(const Wall& wall, float u, float v, float footprint) {
   const float ground_floor = 3.3f + 0.7f * Unit(Hash(wall.house + 61));
   const float storey = 2.7f + 0.7f * Unit(Hash(wall.house + 62));
-  if (v < ground_floor) return GroundFloor(wall, u, v, ground_floor, footprint);
-  if (v > wall.height - 0.7f) {  // cornice
-    return Color(
+  SurfaceColor out;
+  if (v < ground_floor) {
+    out = GroundFloor(wall, u, v, ground_floor, footprint);
+  } else if (v > wall.height - 0.7f) {  // cornice
+    out.albedo =
         WallAlbedo(wall, u, v, footprint) *
-        (SoftBox(wall.height - 0.5f, wall.height - 0.25f, v, footprint) > 0.5f ? 0.6f : 1.15f));
+        (SoftBox(wall.height - 0.5f, wall.height - 0.25f, v, footprint) > 0.5f ? 0.6f : 1.15f);
+  } else {
+    const float above = v - ground_floor;
+    const int floor = static_cast<int>(above / storey);
+    if (ground_floor + storey * static_cast<float>(floor + 1) > wall.height - 0.6f) {
+      out.albedo = WallAlbedo(wall, u, v, footprint);
+    } else {
+      out =
+          UpperFloor(wall, u, above - storey * static_cast<float>(floor), storey, floor, footprint);
+    }
   }
-  const float above = v - ground_floor;
-  const int floor = static_cast<int>(above / storey);
-  if (ground_floor + storey * static_cast<float>(floor + 1) > wall.height - 0.6f) {
-    return WallAlbedo(wall, u, v, footprint);
-  }
-  return UpperFloor(wall, u, above - storey * static_cast<float>(floor), storey, floor, footprint);
+  return out;
 }
 
 }  // namespace egosieve::vision

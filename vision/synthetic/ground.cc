@@ -122,9 +122,8 @@ Color GroundAlbedo(const GroundStyle& style, const Eigen::Vector2d& point, float
   const auto dy = static_cast<float>(point.y() - NearestMultiple(point.y(), kPitchY));
   const bool along_x = std::abs(dy) <= kKerb, along_y = std::abs(dx) <= kKerb;
   if (along_x == along_y) return albedo;
-  const uint32_t seed = style.seed + 127;
-  const float paint =
-      along_x ? Markings(dy, x, dx, seed, footprint) : Markings(-dx, y, dy, seed, footprint);
+  const float across = along_x ? dy : -dx, to_junction = along_x ? dx : dy;
+  const float paint = Markings(across, along_x ? x : y, to_junction, style.seed + 127, footprint);
   return Blend(albedo, Color(0.72f, 0.72f, 0.68f), paint);
 }
 
