@@ -25,7 +25,7 @@
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
-#include "vision/frame/written_video.h"
+#include "vision/frame/video_file.h"
 #include "vision/statistics/order_statistics.h"
 
 namespace egosieve::tools {

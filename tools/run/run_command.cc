@@ -17,7 +17,7 @@
 #include "tools/run/closing_lines.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/segment_run.h"
-#include "vision/frame/live_stream.h"
+#include "vision/frame/video_file.h"
 
 namespace egosieve::tools {
 namespace {

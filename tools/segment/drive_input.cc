@@ -12,7 +12,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
 #include "vision/frame/file_list.h"
-#include "vision/frame/live_stream.h"
+#include "vision/frame/video_file.h"
 
 namespace egosieve::tools {
 namespace {

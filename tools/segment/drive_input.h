@@ -16,7 +16,7 @@ struct DriveInput {
   int width_pixels = 0;  // of the first frame that could be read
   int height_pixels = 0;
   RunDescription::Input description;
-  bool is_live = false;  // frames that come only once (vision/frame/live_stream.h)
+  bool is_live = false;  // frames that come only once (vision/frame/video_file.h)
 };
 
 // A number, as text, that differs between images.

@@ -8,9 +8,9 @@
 #include "tools/cli/warning.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/run_folder.h"
+#include "vision/frame/av_input.h"
 #include "vision/frame/image_decoding.h"
-#include "vision/frame/live_stream.h"
-#include "vision/frame/video_remarks.h"
+#include "vision/frame/video_file.h"
 
 namespace egosieve::tools {
 namespace {

@@ -15,7 +15,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/atomic_file.h"
-#include "vision/frame/written_video.h"
+#include "vision/frame/video_file.h"
 #include "vision/synthetic/street.h"
 
 namespace egosieve::tools {
@@ -35,7 +35,7 @@ ordered_json Vector(const Eigen::Vector3d& v) {
 ordered_json DescribeObject(const vision::ObjectState& object) {
   return {
       {"id", object.id},
-      {"class", vision::ObjectClassName(object.object_class)},
+      {"class", vision::FactsOf(object.object_class).name},
       {"moving", object.moving},
       {"relation", vision::RelationName(object.relation)},
       {"heading_degrees", Rounded(std::remainder(object.heading_radians, 2 * M_PI) * 180 / M_PI)},

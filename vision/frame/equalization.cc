@@ -1,7 +1,6 @@
 #include "vision/frame/equalization.h"
 
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "kernels/base/argument_checks.h"
 
@@ -33,10 +32,8 @@ cv::Mat EqualizeLuminance(const cv::Mat& image, const EqualizationOptions& optio
   if (image.channels() == 1) return EqualizeChannel(image, options);
   cv::Mat luminance_chrominance, result;
   cv::cvtColor(image, luminance_chrominance, cv::COLOR_BGR2YCrCb);
-  std::vector<cv::Mat> channels;
-  cv::split(luminance_chrominance, channels);
-  channels[0] = EqualizeChannel(channels[0], options);
-  cv::merge(channels, luminance_chrominance);
+  cv::extractChannel(luminance_chrominance, result, 0);
+  cv::insertChannel(EqualizeChannel(result, options), luminance_chrominance, 0);
   cv::cvtColor(luminance_chrominance, result, cv::COLOR_YCrCb2BGR);
   return result;
 }

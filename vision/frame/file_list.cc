@@ -22,7 +22,6 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 #include "vision/frame/image_decoding.h"
-#include "vision/frame/input_files.h"
 
 namespace egosieve::vision {
 namespace {
@@ -33,8 +32,7 @@ constexpr int64_t kMaximumBytes = int64_t{1} << 30;
 constexpr size_t kNanosecondDigits = 18;
 
 struct Line {
-  size_t number = 0;  // from 1
-  std::string text;
+  std::string place, text;  // "list.txt, line 3: "
 };
 
 absl::StatusOr<std::vector<Line>> ReadLines(const std::string& path) {
@@ -50,13 +48,14 @@ absl::StatusOr<std::vector<Line>> ReadLines(const std::string& path) {
   for (const absl::string_view row : absl::StrSplit(rest, '\n')) {
     ++number;
     const absl::string_view content = absl::StripAsciiWhitespace(row);
-    if (!content.empty() && content.front() != '#') lines.push_back({number, std::string(content)});
+    if (content.empty() || content.front() == '#') continue;
+    lines.push_back({absl::StrCat(path, ", line ", number, ": "), std::string(content)});
   }
   return lines;
 }
 
-absl::Status LineError(const std::string& path, const Line& line, const std::string& what) {
-  return absl::InvalidArgumentError(absl::StrCat(path, ", line ", line.number, ": ", what));
+absl::Status LineError(const Line& line, const std::string& what) {
+  return absl::InvalidArgumentError(line.place + what);
 }
 
 std::optional<double> TimeOf(absl::string_view text) {
@@ -212,16 +211,15 @@ class ListReader {
   std::optional<size_t> time_column_;
 };
 
-absl::Status CheckAscending(const std::string& path, const Line& line, double time,
-                            const std::vector<double>& before) {
+absl::Status CheckAscending(const Line& line, double time, const std::vector<double>& before) {
   if (before.empty() || time > before.back()) return absl::OkStatus();
   if (time == before.back()) {
-    return LineError(path, line,
+    return LineError(line,
                      absl::StrFormat("the time %.15g is equal to the one before it; give every "
                                      "picture its own time, or leave the times out",
                                      time));
   }
-  return LineError(path, line,
+  return LineError(line,
                    absl::StrFormat("the time %.15g does not come after %.15g, which stands before "
                                    "it; sort the list by time",
                                    time, before.back()));
@@ -235,15 +233,10 @@ absl::Status CheckUnit(const std::string& path, const std::vector<double>& times
   const auto median = steps.begin() + static_cast<int64_t>(steps.size() / 2);
   std::nth_element(steps.begin(), median, steps.end());
   if (*median < kLongestStepSeconds) return absl::OkStatus();
-  const char* unit = "nanoseconds";
-  double per_second = 1e9;
-  if (*median < 1e3 * kLongestStepSeconds) {
-    unit = "milliseconds";
-    per_second = 1e3;
-  } else if (*median < 1e6 * kLongestStepSeconds) {
-    unit = "microseconds";
-    per_second = 1e6;
-  }
+  const auto [unit, per_second] =
+      *median < 1e3 * kLongestStepSeconds   ? std::pair("milliseconds", 1e3)
+      : *median < 1e6 * kLongestStepSeconds ? std::pair("microseconds", 1e6)
+                                            : std::pair("nanoseconds", 1e9);
   return absl::InvalidArgumentError(absl::StrFormat(
       "%s: the times are read as seconds and step by %.15g, so they seem to be %s; divide them by "
       "%.0f, or leave them out",
@@ -260,13 +253,13 @@ bool AreSidePictures(const std::vector<std::string>& names) {
 }  // namespace
 
 bool HasListExtension(const std::string& path) {
-  const std::string extension = absl::AsciiStrToLower(fs::path(path).extension().string());
+  const std::string extension = ExtensionOf(path);
   return extension == ".txt" || extension == ".csv";
 }
 
-absl::StatusOr<FileList> ReadFileList(const std::string& path) {
+absl::StatusOr<InputFiles> ReadFileList(const std::string& path) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Line> lines, ReadLines(path));
-  FileList list;
+  InputFiles list;
   ListReader reader(path);
   std::vector<std::string> names;
   size_t other_files = 0;
@@ -275,7 +268,7 @@ absl::StatusOr<FileList> ReadFileList(const std::string& path) {
     const Entry entry = reader.EntryOf(line.text);
     if (entry.path.empty()) {
       return LineError(
-          path, line,
+          line,
           entry.name.empty()   ? "neither a picture's name nor a time and a name; give one of them"
           : TimeOf(entry.name) ? "a time without a picture; give the folder of pictures, and this "
                                  "file to --times"
@@ -286,10 +279,10 @@ absl::StatusOr<FileList> ReadFileList(const std::string& path) {
     list.paths.push_back(entry.path);
     other_files += entry.other_files;
     if (list.paths.size() > 1 && entry.time.has_value() == list.times_seconds.empty()) {
-      return LineError(path, line, "some lines have a time and some have none; give all or none");
+      return LineError(line, "some lines have a time and some have none; give all or none");
     }
     if (entry.time) {
-      EGOSIEVE_RETURN_IF_ERROR(CheckAscending(path, line, *entry.time, list.times_seconds));
+      EGOSIEVE_RETURN_IF_ERROR(CheckAscending(line, *entry.time, list.times_seconds));
       list.times_seconds.push_back(*entry.time);
     }
   }
@@ -303,6 +296,7 @@ absl::StatusOr<FileList> ReadFileList(const std::string& path) {
                      names.front(), "; give the list of the camera's pictures, or rename it"));
   }
   EGOSIEVE_RETURN_IF_ERROR(CheckUnit(path, list.times_seconds));
+  list.are_videos = HasVideoExtension(list.paths.front());
   if (other_files > 0) {
     list.remarks.push_back(absl::StrCat(other_files, " files in further columns of ", path,
                                         " are left out; the pictures are those like ",
@@ -317,12 +311,11 @@ absl::StatusOr<std::vector<double>> ReadTimes(const std::string& path, size_t co
   for (const Line& line : lines) {
     const std::optional<double> time = TimeOf(line.text);
     if (!time) {
-      return LineError(path, line,
-                       absl::StrCat("'", line.text,
-                                    "' is no time; give seconds, nanoseconds or "
-                                    "2011-09-26 13:02:25.59"));
+      return LineError(line, absl::StrCat("'", line.text,
+                                          "' is no time; give seconds, nanoseconds or "
+                                          "2011-09-26 13:02:25.59"));
     }
-    EGOSIEVE_RETURN_IF_ERROR(CheckAscending(path, line, *time, times));
+    EGOSIEVE_RETURN_IF_ERROR(CheckAscending(line, *time, times));
     times.push_back(*time);
   }
   EGOSIEVE_RETURN_IF_ERROR(CheckUnit(path, times));

@@ -21,17 +21,12 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "vision/frame/input_files.h"
 
 namespace egosieve::vision {
 
 // Between two pictures of a drive; half of the steps are shorter.
 inline constexpr double kLongestStepSeconds = 10.0;
-
-struct FileList {
-  std::vector<std::string> paths;
-  std::vector<double> times_seconds;  // one per path; empty if the list has none
-  std::vector<std::string> remarks;   // on what is left out, one sentence each
-};
 
 // True for the file name extensions of lists.
 bool HasListExtension(const std::string& path);
@@ -39,7 +34,7 @@ bool HasListExtension(const std::string& path);
 // InvalidArgument, naming the line, for a list without names or of depth maps alone, a missing
 // file, a line of another form, times that are equal or do not ascend, and times whose steps are
 // longer than kLongestStepSeconds: milliseconds, microseconds or nanoseconds.
-absl::StatusOr<FileList> ReadFileList(const std::string& path);
+absl::StatusOr<InputFiles> ReadFileList(const std::string& path);
 
 // Reads `count` times. InvalidArgument likewise, and for another number of times.
 absl::StatusOr<std::vector<double>> ReadTimes(const std::string& path, size_t count);

@@ -1,7 +1,6 @@
 #include "vision/frame/frame_source.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -22,7 +21,6 @@
 #include "vision/frame/file_list.h"
 #include "vision/frame/image_decoding.h"
 #include "vision/frame/input_files.h"
-#include "vision/frame/live_stream.h"
 #include "vision/frame/video_file.h"
 
 namespace egosieve::vision {
@@ -45,46 +43,29 @@ fs::path RootOf(const std::string& input, const std::vector<std::string>& paths)
   return root;
 }
 
-std::string RemarkOnRange(const ValueRange& range) {
-  return absl::StrFormat(
-      "the pictures use a part of their range; values from %g to %g become 0 to 255, in all of "
-      "them alike",
-      range.low, range.high);
-}
-
-// Frames from picture files, in the order given. times_seconds: one per file; empty: times of the
-// nominal rate. remarks: those on the files (FrameSource::remarks). InvalidArgument if none of the
-// files can be read.
+// Frames from picture files, in the order given, at their times or those of the nominal rate.
 class ImageSequence : public FrameSource {
  public:
-  ImageSequence(std::vector<std::string> paths, std::vector<double> times_seconds,
-                std::vector<std::string> remarks, const std::optional<ValueRange>& range,
-                std::string description, double rate_hz)
-      : paths_(std::move(paths)),
-        times_seconds_(std::move(times_seconds)),
-        remarks_(std::move(remarks)),
+  ImageSequence(InputFiles files, const std::optional<ValueRange>& range, std::string description,
+                double rate_hz)
+      : files_(std::move(files)),
         range_(range),
         description_(std::move(description)),
         rate_hz_(rate_hz),
-        root_(RootOf(description_, paths_)) {}
+        root_(RootOf(description_, files_.paths)) {}
 
   absl::StatusOr<FrameRead> Next() override {
-    const int64_t count = static_cast<int64_t>(paths_.size());
-    if (next_index_ >= count) return FrameRead(EndOfFrames{count, ""});
     const int64_t index = next_index_;
-    absl::StatusOr<DecodedImage> decoded = DecodeImageFile(paths_[index], range_);
+    if (index >= expected_frame_count()) return FrameRead(EndOfFrames{expected_frame_count(), ""});
+    absl::StatusOr<DecodedImage> decoded = DecodeImageFile(files_.paths[index], range_);
     if (kernels::IsOfTheMachine(decoded.status())) return decoded.status();
     ++next_index_;
     if (!decoded.ok()) {
       return FrameRead(DamagedFrame{index, std::string(decoded.status().message())});
     }
-    Frame frame;
-    frame.index = index;
-    frame.time_seconds =
-        times_seconds_.empty() ? static_cast<double>(index) / rate_hz_ : times_seconds_[index];
-    frame.image = decoded->image;
-    frame.is_grey = decoded->is_grey;
-    return FrameRead(std::move(frame));
+    const double seconds = files_.times_seconds.empty() ? static_cast<double>(index) / rate_hz_
+                                                        : files_.times_seconds[index];
+    return FrameRead(Frame{index, seconds, decoded->image, decoded->is_grey});
   }
 
   absl::Status SeekTo(int64_t index) override {
@@ -94,20 +75,20 @@ class ImageSequence : public FrameSource {
   }
 
   int64_t next_index() const override { return next_index_; }
-  int64_t expected_frame_count() const override { return static_cast<int64_t>(paths_.size()); }
-  std::vector<std::string> files() const override { return paths_; }
+  int64_t expected_frame_count() const override {
+    return static_cast<int64_t>(files_.paths.size());
+  }
+  std::vector<std::string> files() const override { return files_.paths; }
   std::string image_name(int64_t index) const override {
     if (index < 0 || index >= expected_frame_count()) return FrameSource::image_name(index);
-    const fs::path path(paths_[index]);
+    const fs::path path(files_.paths[index]);
     return (root_.empty() ? path : path.lexically_relative(root_)).string();
   }
   std::string description() const override { return description_; }
-  std::vector<std::string> remarks() const override { return remarks_; }
+  std::vector<std::string> remarks() const override { return files_.remarks; }
 
  private:
-  const std::vector<std::string> paths_;
-  const std::vector<double> times_seconds_;
-  const std::vector<std::string> remarks_;
+  const InputFiles files_;
   const std::optional<ValueRange> range_;
   const std::string description_;
   const double rate_hz_;
@@ -115,26 +96,28 @@ class ImageSequence : public FrameSource {
   int64_t next_index_ = 0;
 };
 
-absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::string> paths,
-                                                               std::vector<double> times_seconds,
-                                                               std::vector<std::string> remarks,
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(InputFiles files,
                                                                const std::string& description,
                                                                const FrameSourceOptions& options) {
   std::string first_reason;
-  for (const std::string& path : paths) {
+  for (const std::string& path : files.paths) {
     const absl::StatusOr<DecodedImage> decoded = DecodeImageFile(path);
-    if (decoded.ok()) {
-      EGOSIEVE_ASSIGN_OR_RETURN(const auto range, RangeOfDrive(paths));
-      if (range) remarks.push_back(RemarkOnRange(*range));
-      return std::unique_ptr<FrameSource>(
-          new ImageSequence(std::move(paths), std::move(times_seconds), std::move(remarks), range,
-                            description, options.nominal_rate_hz));
-    }
     if (kernels::IsOfTheMachine(decoded.status())) return decoded.status();
+    if (decoded.ok()) {
+      EGOSIEVE_ASSIGN_OR_RETURN(const auto range, RangeOfDrive(files.paths));
+      if (range) {
+        files.remarks.push_back(absl::StrFormat(
+            "the pictures use a part of their range; values from %g to %g become 0 to 255, in all "
+            "of them alike",
+            range->low, range->high));
+      }
+      return std::make_unique<ImageSequence>(std::move(files), range, description,
+                                             options.nominal_rate_hz);
+    }
     if (first_reason.empty()) first_reason = std::string(decoded.status().message());
   }
   return absl::InvalidArgumentError(absl::StrCat(
-      "none of the ", paths.size(), " picture files can be read; the first: ", first_reason,
+      "none of the ", files.paths.size(), " picture files can be read; the first: ", first_reason,
       "; give readable pictures"));
 }
 
@@ -244,16 +227,14 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenChapters(std::vector<std::strin
     expected = expected < 0 || count < 0 ? -1 : expected + count;
   }
   if (readable.empty()) return first_error;
-  return std::unique_ptr<FrameSource>(new ChapterSequence(std::move(readable), description, options,
-                                                          expected, std::move(warnings)));
+  return std::make_unique<ChapterSequence>(std::move(readable), description, options, expected,
+                                           std::move(warnings));
 }
-
-bool IsDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
 // The run of digits at `begin`, without leading zeros.
 std::string_view DigitRun(std::string_view text, size_t begin, size_t* end) {
   *end = begin;
-  while (*end < text.size() && IsDigit(text[*end])) ++*end;
+  while (*end < text.size() && absl::ascii_isdigit(text[*end])) ++*end;
   while (begin + 1 < *end && text[begin] == '0') ++begin;
   return text.substr(begin, *end - begin);
 }
@@ -269,7 +250,7 @@ std::string HowToConvert(const std::string& input) {
     return "a stream is read by segment alone, as it comes, and is gone then; give its recording: "
            "segment --record, or ffmpeg -i URL -c copy drive.mp4";
   }
-  const std::string extension = absl::AsciiStrToLower(fs::path(input).extension().string());
+  const std::string extension = ExtensionOf(input);
   if (extension == ".bag" || extension == ".mcap" || extension == ".db3") {
     return "a recording of ROS is not read itself; './run bag FILE --out=DIR' writes its pictures "
            "and a list of them with their times, DIR/pictures.csv, which is read";
@@ -285,16 +266,12 @@ std::string HowToConvert(const std::string& input) {
 
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenFiles(InputFiles files, const std::string& input,
                                                        const FrameSourceOptions& options) {
-  if (files.are_videos && options.times.empty()) {
-    return OpenChapters(std::move(files.paths), input, options);
-  }
-  if (files.are_videos) return TimesOfNoPictures(input);
-  std::vector<double> times;
   if (!options.times.empty()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(times, ReadTimes(options.times, files.paths.size()));
+    if (files.are_videos) return TimesOfNoPictures(input);
+    EGOSIEVE_ASSIGN_OR_RETURN(files.times_seconds, ReadTimes(options.times, files.paths.size()));
   }
-  return OpenImageSequence(std::move(files.paths), std::move(times), std::move(files.remarks),
-                           input, options);
+  if (files.are_videos) return OpenChapters(std::move(files.paths), input, options);
+  return OpenImageSequence(std::move(files), input, options);
 }
 
 }  // namespace
@@ -314,7 +291,7 @@ std::string FrameSource::image_name(int64_t index) const {
 bool NaturalLess(const std::string& a, const std::string& b) {
   size_t i = 0, j = 0;
   while (i < a.size() && j < b.size()) {
-    if (IsDigit(a[i]) && IsDigit(b[j])) {
+    if (absl::ascii_isdigit(a[i]) && absl::ascii_isdigit(b[j])) {
       const std::string_view x = DigitRun(a, i, &i), y = DigitRun(b, j, &j);
       if (x.size() != y.size()) return x.size() < y.size();
       if (x != y) return x < y;
@@ -365,16 +342,15 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(const std::string& 
         input, ": neither a file nor a folder; give a video file, a folder of pictures or a glob"));
   }
   if (!options.times.empty()) return TimesOfNoPictures(input);
-  if (HasImageExtension(input)) return OpenImageSequence({input}, {}, {}, input, options);
+  InputFiles files;
   if (HasListExtension(input)) {
-    EGOSIEVE_ASSIGN_OR_RETURN(FileList list, ReadFileList(input));
-    if (HasVideoExtension(list.paths.front())) {
-      return OpenChapters(std::move(list.paths), input, options);
-    }
-    return OpenImageSequence(std::move(list.paths), std::move(list.times_seconds),
-                             std::move(list.remarks), input, options);
+    EGOSIEVE_ASSIGN_OR_RETURN(files, ReadFileList(input));
+  } else if (HasImageExtension(input)) {
+    files.paths = {input};
+  } else {
+    return OpenVideoFile(input, options);
   }
-  return OpenVideoFile(input, options);
+  return OpenFiles(std::move(files), input, options);
 }
 
 }  // namespace egosieve::vision

@@ -4,10 +4,8 @@
 #include <jpeglib.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <csetjmp>
-#include <cstdint>
 #include <cstdio>  // jpeglib.h needs it
 #include <filesystem>
 #include <limits>
@@ -20,13 +18,11 @@
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
-#include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
-
-extern "C" {}
 
 namespace egosieve::vision {
 namespace {
@@ -38,6 +34,8 @@ namespace {
 //          of data before the last line, finds codes that no encoder writes, or has many left. What
 //          lies behind the picture (the video of a motion photo, padding, trailers) does not matter
 //   PNG    the chain of chunks, each with its length, reaches IEND
+//
+// What has too many pixels by its header is refused before that.
 //
 // Other formats are left to their decoders.
 
@@ -51,11 +49,14 @@ struct JpegErrors {
   std::jmp_buf leave;
   char message[JMSG_LENGTH_MAX];
   bool is_without_end;
+  int64_t width, height;  // where the decoder failed; 0 before the header is read
 };
 
 [[noreturn]] void Leave(j_common_ptr jpeg) {
   auto* errors = reinterpret_cast<JpegErrors*>(jpeg->err);
   jpeg->err->format_message(jpeg, errors->message);
+  errors->width = reinterpret_cast<j_decompress_ptr>(jpeg)->image_width;
+  errors->height = reinterpret_cast<j_decompress_ptr>(jpeg)->image_height;
   std::longjmp(errors->leave, 1);
 }
 
@@ -78,8 +79,6 @@ void OnMessage(j_common_ptr jpeg, int level) {
   }
 }
 
-void Print(j_common_ptr) {}
-
 // False with the decoder's message in `errors` if not all lines can be decoded. No object that
 // longjmp would have to destroy is made here.
 bool DecodeLines(std::string_view bytes, std::vector<JSAMPLE>& line, JpegErrors& errors) {
@@ -87,7 +86,7 @@ bool DecodeLines(std::string_view bytes, std::vector<JSAMPLE>& line, JpegErrors&
   jpeg.err = jpeg_std_error(&errors.manager);
   errors.manager.error_exit = Leave;
   errors.manager.emit_message = OnMessage;
-  errors.manager.output_message = Print;
+  errors.manager.output_message = [](j_common_ptr) {};
   errors.is_without_end = false;
   jpeg_create_decompress(&jpeg);
   if (setjmp(errors.leave) != 0) {
@@ -96,6 +95,9 @@ bool DecodeLines(std::string_view bytes, std::vector<JSAMPLE>& line, JpegErrors&
   }
   jpeg_mem_src(&jpeg, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_read_header(&jpeg, TRUE);
+  if (int64_t{jpeg.image_width} * jpeg.image_height > kMaximumPixels) {
+    Leave(reinterpret_cast<j_common_ptr>(&jpeg));
+  }
   jpeg.scale_num = 1;
   jpeg.scale_denom = 8;
   jpeg_start_decompress(&jpeg);
@@ -111,6 +113,7 @@ absl::Status CheckWholeJpeg(std::string& bytes) {
   std::vector<JSAMPLE> line;
   JpegErrors errors;
   if (!DecodeLines(bytes, line, errors)) {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPixels(errors.width, errors.height));
     return absl::DataLossError(absl::StrCat(
         "the picture is cut short or damaged (",
         absl::AsciiStrToLower(static_cast<const char*>(errors.message)), "); copy it again"));
@@ -126,11 +129,18 @@ absl::Status CheckWholeJpeg(std::string& bytes) {
 
 absl::Status CheckWholePng(std::string_view bytes) {
   constexpr size_t kSignature = 8, kAround = 12;  // length, name and checksum of a chunk
+  constexpr size_t kWidth = 16, kHeight = 20, kSizesEnd = 24;
+  const auto number = [&](size_t place) {
+    uint32_t value = 0;
+    for (int i = 0; i < 4; ++i) value = value << 8 | static_cast<uint8_t>(bytes[place + i]);
+    return value;
+  };
+  if (bytes.size() >= kSizesEnd) {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPixels(number(kWidth), number(kHeight)));
+  }
   for (size_t place = kSignature; place + kAround <= bytes.size();) {
-    uint32_t length = 0;
-    for (int i = 0; i < 4; ++i) length = length << 8 | static_cast<uint8_t>(bytes[place + i]);
     if (bytes.substr(place + 4, 4) == "IEND") return absl::OkStatus();
-    place += kAround + length;
+    place += kAround + number(place);
   }
   return absl::DataLossError("the picture is cut short; copy it again");
 }
@@ -143,13 +153,9 @@ absl::Status CheckWhole(std::string& bytes) {
   return absl::OkStatus();
 }
 
-constexpr std::array<std::string_view, 13> kImageExtensions = {
-    ".png", ".jpg", ".jpeg", ".jpe", ".bmp",  ".tif", ".tiff",
-    ".pgm", ".ppm", ".pnm",  ".pbm", ".webp", ".jp2"};
-
 constexpr int64_t kMaximumBytes = std::numeric_limits<int>::max();  // they are one row of a cv::Mat
 
-// Whether the bytes begin like a picture of kImageExtensions. OpenCV passes all others to GDAL and
+// Whether the bytes begin like a picture that is read. OpenCV passes all others to GDAL and
 // GDCM, which end the process on some inputs.
 bool BeginsAsPicture(std::string_view bytes) {
   constexpr std::string_view kBegins[] = {"\x89PNG",    "\xff\xd8\xff",      "BM",
@@ -182,7 +188,6 @@ absl::StatusOr<cv::Mat> Decode(const std::string& path) {
     return failed(absl::StrCat("a ", kind, " picture, which is not read; convert it to JPEG"));
   }
   if (!BeginsAsPicture(bytes)) return failed("cannot be decoded as a picture");
-  if (const absl::Status size = CheckPixelsOfFile(bytes); !size.ok()) return failed(size.message());
   if (const absl::Status whole = CheckWhole(bytes); !whole.ok()) return failed(whole.message());
   cv::Mat picture;
   try {
@@ -195,21 +200,20 @@ absl::StatusOr<cv::Mat> Decode(const std::string& path) {
   return picture;
 }
 
+bool IsDeep(int depth) { return depth == CV_16U || depth == CV_32F || depth == CV_64F; }
+
 double FullScale(int depth) { return depth == CV_16U ? 65535.0 : 1.0; }
 
 // Appends values of the picture without alpha, at most kMostValues, evenly spaced.
 void Sample(const cv::Mat& picture, std::vector<double>& values) {
   constexpr size_t kMostValues = 1 << 16;
-  const size_t step = picture.total() / kMostValues + 1;
-  const int colours = std::min(picture.channels(), 3);
+  cv::Mat doubles;
+  picture.convertTo(doubles, CV_64F);
+  const size_t step = picture.total() / kMostValues + 1, channels = picture.channels();
+  const auto* all = doubles.ptr<double>();
   for (size_t place = 0; place < picture.total(); place += step) {
-    const int y = static_cast<int>(place / picture.cols),
-              x = static_cast<int>(place % picture.cols);
-    for (int c = 0; c < colours; ++c) {
-      const int at = x * picture.channels() + c;
-      const double value = picture.depth() == CV_16U   ? picture.ptr<uint16_t>(y)[at]
-                           : picture.depth() == CV_32F ? picture.ptr<float>(y)[at]
-                                                       : picture.ptr<double>(y)[at];
+    for (size_t c = 0; c < std::min<size_t>(channels, 3); ++c) {
+      const double value = all[place * channels + c];
       if (std::isfinite(value)) values.push_back(value);
     }
   }
@@ -238,18 +242,28 @@ std::optional<ValueRange> RangeOf(std::vector<double>& values, int depth) {
 
 }  // namespace
 
+absl::Status CheckPixels(int64_t width_pixels, int64_t height_pixels) {
+  if (width_pixels <= 0 || height_pixels <= kMaximumPixels / width_pixels) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrFormat(
+      "%d x %d pixels are more than the %d that are taken; make the picture smaller", width_pixels,
+      height_pixels, kMaximumPixels));
+}
+
+std::string ExtensionOf(const std::string& path) {
+  return absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
+}
+
 bool HasImageExtension(const std::string& path) {
-  const std::string extension =
-      absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
-  return std::find(kImageExtensions.begin(), kImageExtensions.end(), extension) !=
-         kImageExtensions.end();
+  constexpr std::string_view kExtensions[] = {".png", ".jpg",  ".jpeg", ".jpe", ".bmp",
+                                              ".tif", ".tiff", ".pgm",  ".ppm", ".pnm",
+                                              ".pbm", ".webp", ".jp2"};
+  return std::count(std::begin(kExtensions), std::end(kExtensions), ExtensionOf(path)) > 0;
 }
 
 std::string UnreadPictureKind(const std::string& path) {
   constexpr std::string_view kKinds[] = {".heic", ".heif", ".avif", ".jxl", ".dng",
                                          ".cr2",  ".cr3",  ".nef",  ".arw", ".raf"};
-  const std::string extension =
-      absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
+  const std::string extension = ExtensionOf(path);
   const bool is_one = std::count(std::begin(kKinds), std::end(kKinds), extension) > 0;
   return is_one ? absl::AsciiStrToUpper(extension.substr(1)) : "";
 }
@@ -258,41 +272,25 @@ absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture,
                                           const std::optional<ValueRange>& range) {
   if (picture.empty()) return absl::InvalidArgumentError("the picture has no pixels");
   EGOSIEVE_RETURN_IF_ERROR(CheckPixels(picture.cols, picture.rows));
-  cv::Mat bytes;
-  switch (picture.depth()) {
-    case CV_8U:
-      bytes = picture;
-      break;
-    case CV_16U:
-    case CV_32F:
-    case CV_64F:
-      if (range) {
-        const double scale = 255.0 / (range->high - range->low);
-        picture.convertTo(bytes, CV_8U, scale, -range->low * scale);
-      } else {
-        picture.convertTo(bytes, CV_8U, 255.0 / FullScale(picture.depth()));
-      }
-      break;
-    default:
-      return absl::InvalidArgumentError(
-          absl::StrCat("pictures of OpenCV depth ", picture.depth(), " are not supported"));
+  const int depth = picture.depth(), channels = picture.channels();
+  if (depth != CV_8U && !IsDeep(depth)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("pictures of OpenCV depth ", depth, " are not supported"));
   }
-  DecodedImage result;
-  switch (bytes.channels()) {
-    case 1:
-      cv::cvtColor(bytes, result.image, cv::COLOR_GRAY2BGR);
-      result.is_grey = true;
-      return result;
-    case 3:
-      result.image = bytes;
-      return result;
-    case 4:
-      cv::cvtColor(bytes, result.image, cv::COLOR_BGRA2BGR);
-      return result;
-    default:
-      return absl::InvalidArgumentError(
-          absl::StrCat("pictures of ", bytes.channels(), " channels are not supported"));
+  if (channels != 1 && channels != 3 && channels != 4) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("pictures of ", channels, " channels are not supported"));
   }
+  DecodedImage result{picture, channels == 1};
+  if (IsDeep(depth)) {
+    const ValueRange from = range.value_or(ValueRange{0.0, FullScale(depth)});
+    const double scale = 255.0 / (from.high - from.low);
+    picture.convertTo(result.image, CV_8U, scale, -from.low * scale);
+  }
+  const cv::Mat bytes = result.image;
+  if (channels == 1) cv::cvtColor(bytes, result.image, cv::COLOR_GRAY2BGR);
+  if (channels == 4) cv::cvtColor(bytes, result.image, cv::COLOR_BGRA2BGR);
+  return result;
 }
 
 absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path,
@@ -316,7 +314,7 @@ absl::StatusOr<std::optional<ValueRange>> RangeOfDrive(const std::vector<std::st
     if (kernels::IsOfTheMachine(picture.status())) return picture.status();
     if (!picture.ok()) continue;
     if (depth < 0) depth = picture->depth();
-    if (depth != CV_16U && depth != CV_32F && depth != CV_64F) break;
+    if (!IsDeep(depth)) break;
     if (picture->depth() == depth) Sample(*picture, values);
   }
   return RangeOf(values, depth);

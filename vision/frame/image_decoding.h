@@ -8,6 +8,7 @@
 // low and high are the .001 and .999 quantiles of sampled values.
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -26,6 +27,16 @@ struct DecodedImage {
 struct ValueRange {
   double low = 0.0, high = 0.0;  // low < high
 };
+
+// The largest picture that is accepted: four times 8K video (7680x4320), or 15360x8640. A few
+// kilobytes of PNG can contain a picture of gigabytes, which would fill the memory or take hours.
+inline constexpr int64_t kMaximumPixels = int64_t{1} << 27;
+
+// InvalidArgument, with both sizes and the remedy, for more than kMaximumPixels.
+absl::Status CheckPixels(int64_t width_pixels, int64_t height_pixels);
+
+// A file name's extension in lower case: ".png".
+std::string ExtensionOf(const std::string& path);
 
 // True for the file name extensions of pictures, in upper or lower case.
 bool HasImageExtension(const std::string& path);

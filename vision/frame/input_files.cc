@@ -3,7 +3,6 @@
 #include <glob.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <initializer_list>
 #include <iterator>
@@ -25,10 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 14> kVideoExtensions = {
-    ".mp4",  ".mov", ".avi", ".mkv",  ".m4v", ".webm", ".mpg",
-    ".mpeg", ".mts", ".ts",  ".m2ts", ".3gp", ".wmv",  ".insv"};
-
 bool IsHidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
 
 // "DynamicMask_0001" has the words "dynamic" and "mask".
@@ -47,41 +42,40 @@ std::vector<std::string> WordsOf(const std::string& text) {
 std::string FolderOf(const std::string& path) { return fs::path(path).parent_path().string(); }
 std::string StemOf(const std::string& path) { return fs::path(path).stem().string(); }
 
-// Takes the paths of which is_left_out holds out of `paths` and returns them.
-template <typename Predicate>
-std::vector<std::string> TakeOut(std::vector<std::string>& paths, Predicate is_left_out) {
-  const auto end = std::stable_partition(
-      paths.begin(), paths.end(), [&](const std::string& path) { return !is_left_out(path); });
-  std::vector<std::string> taken(end, paths.end());
-  paths.erase(end, paths.end());
-  return taken;
+using Kinds = std::map<std::string, std::vector<std::string>>;
+
+// The paths by kind; those without one are left out.
+template <typename KindOf>
+Kinds ByKind(const std::vector<std::string>& paths, KindOf kind_of) {
+  Kinds kinds;
+  for (const std::string& path : paths) {
+    const std::string kind = kind_of(path);
+    if (!kind.empty()) kinds[kind].push_back(path);
+  }
+  return kinds;
 }
 
 // By kind: "30 masks beside the pictures are left out, ...".
 void TakeOutSidePictures(const fs::path& root, InputFiles& files) {
-  std::vector<std::string> kept = files.paths;
-  std::map<std::string, std::vector<std::string>> kinds;
-  const auto kind = [&](const std::string& path) {
+  const auto kind_of = [&](const std::string& path) {
     return SideKind(fs::path(path).lexically_relative(root).string());
   };
-  for (const std::string& path : TakeOut(kept, [&](const auto& p) { return !kind(p).empty(); })) {
-    kinds[kind(path)].push_back(path);
-  }
+  std::vector<std::string> kept = files.paths;
+  std::erase_if(kept, [&](const std::string& path) { return !kind_of(path).empty(); });
   if (kept.empty()) return;
-  files.paths = std::move(kept);
-  for (const auto& [name, paths] : kinds) {
+  for (const auto& [name, paths] : ByKind(files.paths, kind_of)) {
     files.remarks.push_back(absl::StrCat(paths.size(), " ", name,
                                          " beside the pictures are left out, by their names, such "
                                          "as ",
                                          paths.front()));
   }
+  files.paths = std::move(kept);
 }
 
 // Of files that differ only in their extension one is the picture: seldom the PNG, which masks are.
 int Rank(const std::string& path) {
   constexpr std::string_view kLast[] = {".png", ".pgm", ".pbm"};
-  const std::string extension = absl::AsciiStrToLower(fs::path(path).extension().string());
-  const auto* place = std::find(std::begin(kLast), std::end(kLast), extension);
+  const auto* place = std::find(std::begin(kLast), std::end(kLast), ExtensionOf(path));
   return place == std::end(kLast) ? 0 : 1 + static_cast<int>(place - std::begin(kLast));
 }
 
@@ -95,29 +89,16 @@ void TakeOutVersions(InputFiles& files) {
     const auto [at, is_new] = best.emplace(key(path), Rank(path));
     if (!is_new) at->second = std::min(at->second, Rank(path));
   }
-  const std::vector<std::string> versions = TakeOut(files.paths, [&](const std::string& path) {
-    return Rank(path) > best[key(path)] || all.count(key(path)) > 0;
-  });
-  if (versions.empty()) return;
-  files.remarks.push_back(absl::StrCat(versions.size(),
+  const auto versions =
+      std::stable_partition(files.paths.begin(), files.paths.end(), [&](const std::string& path) {
+        return Rank(path) == best[key(path)] && all.count(key(path)) == 0;
+      });
+  if (versions == files.paths.end()) return;
+  files.remarks.push_back(absl::StrCat(files.paths.end() - versions,
                                        " files that have the name of another picture are left out "
                                        "as its masks, such as ",
-                                       versions.front()));
-}
-
-// Pictures in formats that are not read, by format.
-void TellUnread(const std::vector<std::string>& paths, std::vector<std::string>& remarks) {
-  std::map<std::string, std::vector<std::string>> kinds;
-  for (const std::string& path : paths) {
-    const std::string kind = UnreadPictureKind(path);
-    if (!kind.empty()) kinds[kind].push_back(path);
-  }
-  for (const auto& [kind, unread] : kinds) {
-    remarks.push_back(absl::StrCat(unread.size(), " ", kind,
-                                   " files are left out; convert them to JPEG, with ImageMagick: "
-                                   "mogrify -format jpg ",
-                                   unread.front(), " and so on"));
-  }
+                                       *versions));
+  files.paths.erase(versions, files.paths.end());
 }
 
 InputFiles Chosen(const std::vector<std::string>& paths, const fs::path& root) {
@@ -125,7 +106,12 @@ InputFiles Chosen(const std::vector<std::string>& paths, const fs::path& root) {
   std::copy_if(paths.begin(), paths.end(), std::back_inserter(files.paths), HasImageExtension);
   std::vector<std::string> videos;
   std::copy_if(paths.begin(), paths.end(), std::back_inserter(videos), HasVideoExtension);
-  TellUnread(paths, files.remarks);
+  for (const auto& [kind, unread] : ByKind(paths, UnreadPictureKind)) {
+    files.remarks.push_back(absl::StrCat(unread.size(), " ", kind,
+                                         " files are left out; convert them to JPEG, with "
+                                         "ImageMagick: mogrify -format jpg ",
+                                         unread.front(), " and so on"));
+  }
   if (files.paths.empty()) {
     files.are_videos = true;
     files.paths = std::move(videos);
@@ -164,8 +150,8 @@ void TakeOutCopies(InputFiles& files) {
     const auto& names = original->second;
     if (std::includes(names.begin(), names.end(), own.begin(), own.end())) copies.insert(folder);
   }
-  const std::vector<std::string> taken = TakeOut(
-      files.paths, [&](const std::string& path) { return copies.count(FolderOf(path)) > 0; });
+  std::erase_if(files.paths,
+                [&](const std::string& path) { return copies.count(FolderOf(path)) > 0; });
   for (const std::string& folder : copies) {
     files.remarks.push_back(absl::StrCat("the pictures of ", folder,
                                          " are left out as copies of those of ", Original(folder)));
@@ -292,9 +278,10 @@ absl::Status List(const fs::path& folder, std::vector<std::string>& files,
 }  // namespace
 
 bool HasVideoExtension(const std::string& path) {
-  const std::string extension = absl::AsciiStrToLower(fs::path(path).extension().string());
-  return std::find(kVideoExtensions.begin(), kVideoExtensions.end(), extension) !=
-         kVideoExtensions.end();
+  constexpr std::string_view kExtensions[] = {".mp4",  ".mov", ".avi",  ".mkv", ".m4v",
+                                              ".webm", ".mpg", ".mpeg", ".mts", ".ts",
+                                              ".m2ts", ".3gp", ".wmv",  ".insv"};
+  return std::count(std::begin(kExtensions), std::end(kExtensions), ExtensionOf(path)) > 0;
 }
 
 std::string SideKind(const std::string& path) {

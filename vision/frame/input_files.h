@@ -17,7 +17,8 @@ namespace egosieve::vision {
 struct InputFiles {
   std::vector<std::string> paths;
   bool are_videos = false;
-  std::vector<std::string> remarks;  // on what is left out, one sentence each
+  std::vector<double> times_seconds;  // one per path; empty: none are known
+  std::vector<std::string> remarks;   // on what is left out, one sentence each
 };
 
 // True for the file name extensions of videos, in upper or lower case.

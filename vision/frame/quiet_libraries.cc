@@ -10,18 +10,14 @@ extern "C" {
 }
 
 namespace egosieve::vision {
-namespace {
-
-int IgnoreError(int, const char*, const char*, const char*, int, void*) { return 0; }
-
-}  // namespace
-
 void QuietLibraries() {
   static std::once_flag once;
   std::call_once(once, [] {
     if (std::getenv("OPENCV_LOG_LEVEL") == nullptr) {
       cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-      cv::redirectError(IgnoreError);  // exceptions are still thrown
+      cv::redirectError([](int, const char*, const char*, const char*, int, void*) {
+        return 0;  // exceptions are still thrown
+      });
     }
   });
   // Not once: OpenCV sets another level where it opens a video.

@@ -1,8 +1,11 @@
 #include "vision/frame/video_file.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cctype>
 #include <cmath>
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -23,19 +26,15 @@ extern "C" {
 #include "kernels/base/status_macros.h"
 #include "vision/frame/av_input.h"
 #include "vision/frame/image_decoding.h"
-#include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
-#include "vision/frame/video_index.h"
 
 namespace egosieve::vision {
 namespace {
 
 cv::Mat Turned(const cv::Mat& picture, int degrees) {
-  constexpr cv::RotateFlags kTurns[] = {cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180,
-                                        cv::ROTATE_90_COUNTERCLOCKWISE};
   if (degrees == 0 || degrees % 90 != 0) return picture.clone();
   cv::Mat turned;
-  cv::rotate(picture, turned, kTurns[degrees / 90 - 1]);
+  cv::rotate(picture, turned, degrees / 90 - 1);  // ROTATE_90_CLOCKWISE is 0
   return turned;
 }
 
@@ -130,19 +129,20 @@ constexpr int64_t kFar = 64;
 // A jump goes to a key frame at least so many frames before the one that is needed: the first
 // frames behind a key frame may refer to frames before it.
 constexpr int64_t kBefore = 16;
+// The longest time that a stream may take to open or be silent.
+constexpr int kStreamTimeoutSeconds = 10;
 
 class VideoFile : public FrameSource {
  public:
-  // timeout_seconds: for a stream; 0: no timeout.
-  VideoFile(std::string path, double nominal_rate_hz, int timeout_seconds = 0)
+  VideoFile(std::string path, double nominal_rate_hz, bool is_live = false)
       : path_(std::move(path)),
         rate_hz_(nominal_rate_hz),
-        timeout_seconds_(timeout_seconds),
+        is_live_(is_live),
         bytes_(SizeOf(path_)),
-        has_looked_for_index_(timeout_seconds > 0) {}
+        has_looked_for_index_(is_live) {}
 
   absl::Status Open() {
-    input_ = AvInput::Open(path_, timeout_seconds_);
+    input_ = AvInput::Open(path_, is_live_ ? kStreamTimeoutSeconds : 0);
     decoder_.reset();
     const AVCodec* codec =
         input_ == nullptr ? nullptr : avcodec_find_decoder(input_->video()->codecpar->codec_id);
@@ -161,7 +161,7 @@ class VideoFile : public FrameSource {
     degrees_ = DegreesToTurn(video);
     const double rate = av_q2d(av_guess_frame_rate(input_->context(), input_->video(), nullptr));
     if (rate > 0.0 && rate < 1e6) rate_hz_ = rate;
-    if (expected_frame_count_ < 0) expected_frame_count_ = CountSaid(video);
+    if (expected_frame_count_ < 0 && !is_live_) expected_frame_count_ = CountSaid(video);
     start_ = video.start_time;
     position_ = 0;
     ended_ = is_drained_ = has_jumped_ = has_other_times_ = is_cut_short_ = false;
@@ -181,9 +181,7 @@ class VideoFile : public FrameSource {
     if (position_ <= next_index_) return FrameRead(End());
     const int64_t index = next_index_++;
     if (index < position_ - 1) return FrameRead(DamagedFrame{index, CannotBeDecoded(index)});
-    absl::StatusOr<Frame> frame = Retrieve(index);
-    if (!frame.ok()) return FrameRead(DamagedFrame{index, std::string(frame.status().message())});
-    return FrameRead(*std::move(frame));
+    return Retrieve(index);
   }
 
   absl::StatusOr<bool> DeliversAFrame() {
@@ -194,20 +192,27 @@ class VideoFile : public FrameSource {
 
   absl::Status SeekTo(int64_t index) override {
     if (index < 0) return absl::InvalidArgumentError(absl::StrCat("frame index ", index, " < 0"));
+    const bool is_held = index == position_ - 1 && !ended_;  // in frame_
+    if (is_live_ && index < position_ && !is_held) {
+      return absl::FailedPreconditionError(
+          absl::StrCat(description(), ": a stream cannot be gone back to; record it"));
+    }
     // Next approaches frames far from the beginning.
-    if (index < position_) EGOSIEVE_RETURN_IF_ERROR(Open());
+    if (index < position_ && !is_held) EGOSIEVE_RETURN_IF_ERROR(Open());
     next_index_ = index;
     return absl::OkStatus();
   }
 
   int64_t next_index() const override { return next_index_; }
   int64_t expected_frame_count() const override { return expected_frame_count_; }
-  std::vector<std::string> files() const override { return {path_}; }
-  std::string description() const override { return path_; }
+  std::vector<std::string> files() const override {
+    return is_live_ ? std::vector<std::string>() : std::vector{path_};
+  }
+  std::string description() const override { return is_live_ ? WithoutCredentials(path_) : path_; }
 
  private:
   absl::Status NoVideo() const {
-    if (timeout_seconds_ == 0 && LacksSampleTable(path_)) {
+    if (!is_live_ && LacksSampleTable(path_)) {
       return absl::InvalidArgumentError(absl::StrCat(
           path_,
           ": cut short: the recording was never closed and has no table of its frames; a repair "
@@ -301,26 +306,22 @@ class VideoFile : public FrameSource {
     return index_ || index == 0 || own > seconds_ ? own : following;
   }
 
-  absl::StatusOr<Frame> Retrieve(int64_t index) {
+  FrameRead Retrieve(int64_t index) {
+    if (const absl::Status size = CheckPixels(frame_->width, frame_->height); !size.ok()) {
+      return DamagedFrame{index, std::string(size.message())};
+    }
     const cv::Mat picture = converter_.Convert(*frame_);
-    if (picture.empty()) return absl::DataLossError(CannotBeDecoded(index));
-    absl::StatusOr<DecodedImage> decoded = ConvertToBgr(Turned(picture, degrees_));
-    if (!decoded.ok()) return decoded.status();
-    Frame frame;
-    frame.index = index;
-    frame.time_seconds = seconds_;
-    frame.image = decoded->image;
-    frame.is_grey = decoded->is_grey;
-    return frame;
+    if (picture.empty()) return DamagedFrame{index, CannotBeDecoded(index)};
+    return Frame{index, seconds_, Turned(picture, degrees_)};
   }
 
   std::string CannotBeDecoded(int64_t index) const {
-    return absl::StrCat(path_, ": frame ", index, " cannot be decoded");
+    return absl::StrCat(description(), ": frame ", index, " cannot be decoded");
   }
 
   EndOfFrames End() const {
     EndOfFrames end{position_, "", position_ > 0 ? seconds_ + 1.0 / rate_hz_ : 0.0};
-    if (timeout_seconds_ > 0) return end;
+    if (is_live_) return end;  // a length in the header does not count
     if (SizeOf(path_) != bytes_) {
       end.warning = absl::StrCat(path_, ": changed while it was read; read it again once it stays");
     } else if (is_cut_short_ || ends_within_a_packet_ || EndsWithinAPart(path_)) {
@@ -330,8 +331,8 @@ class VideoFile : public FrameSource {
   }
 
   const std::string path_;
-  double rate_hz_;  // nominal; the stream's own once it is open
-  const int timeout_seconds_;
+  double rate_hz_;              // nominal; the stream's own once it is open
+  const bool is_live_;          // a stream
   const std::uintmax_t bytes_;  // when first opened
   std::unique_ptr<AvInput> input_;
   std::unique_ptr<AVCodecContext, FreeDecoder> decoder_;
@@ -368,12 +369,46 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenVideoFile(const std::string& pa
   return std::unique_ptr<FrameSource>(std::move(video));
 }
 
-absl::StatusOr<std::unique_ptr<FrameSource>> OpenStreamAsVideo(const std::string& address) {
+absl::Status CheckWrittenVideo(const std::string& path, int64_t frames) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool is_synced = descriptor >= 0 && fsync(descriptor) == 0;
+  if (descriptor >= 0 && close(descriptor) == 0 && is_synced) {
+    const absl::StatusOr<std::unique_ptr<FrameSource>> video = OpenVideoFile(path, {});
+    if (video.ok() && (*video)->expected_frame_count() == frames) return absl::OkStatus();
+  }
+  return absl::ResourceExhaustedError(absl::StrCat(
+      "cannot write the video ", path, " with all of its ", frames, " frames; free some space"));
+}
+
+bool IsStreamAddress(const std::string& input) {
+  size_t i = 0;
+  while (i < input.size() && (std::isalnum(static_cast<unsigned char>(input[i])) != 0)) ++i;
+  return i > 1 && input.compare(i, 3, "://") == 0;
+}
+
+std::string WithoutCredentials(const std::string& address) {
+  const size_t host = address.find("://") + 3;
+  const size_t at = address.find('@', host);
+  if (at == std::string::npos || address.find('/', host) < at) return address;
+  return absl::StrCat(address.substr(0, host), address.substr(at + 1));
+}
+
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenLiveStream(const std::string& address) {
   QuietLibraries();
-  auto video = std::make_unique<VideoFile>(address, FrameSourceOptions().nominal_rate_hz,
-                                           kStreamTimeoutSeconds);
-  EGOSIEVE_RETURN_IF_ERROR(video->Open());
-  return std::unique_ptr<FrameSource>(std::move(video));
+  auto stream = std::make_unique<VideoFile>(address, FrameSourceOptions().nominal_rate_hz, true);
+  if (!stream->Open().ok()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(stream->description(),
+                     ": no stream that FFmpeg can open; check the address, and that the "
+                     "sender runs"));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const FrameRead first, stream->Next());
+  if (!std::holds_alternative<Frame>(first)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        stream->description(), ": opens as a stream but delivers no frame; check that it plays"));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(stream->SeekTo(0));
+  return std::unique_ptr<FrameSource>(std::move(stream));
 }
 
 }  // namespace egosieve::vision

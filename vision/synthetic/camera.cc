@@ -15,12 +15,6 @@ double SmoothNoise(double t, uint32_t seed) {
 
 }  // namespace
 
-Eigen::Matrix3d Intrinsics::Matrix() const {
-  Eigen::Matrix3d k;
-  k << focal_pixels, 0.0, centre_x, 0.0, focal_pixels, centre_y, 0.0, 0.0, 1.0;
-  return k;
-}
-
 Eigen::Vector2d Intrinsics::Project(const Eigen::Vector3d& point) const {
   const Eigen::Vector2d u = point.head<2>() / point.z();
   return focal_pixels * (1.0 + radial * u.squaredNorm()) * u + Eigen::Vector2d(centre_x, centre_y);

@@ -26,7 +26,6 @@ struct Intrinsics {
   double centre_y = 0.0;
   double radial = 0.0;  // k
 
-  Eigen::Matrix3d Matrix() const;
   // (CA1) of a point in camera axes, Z > 0.
   Eigen::Vector2d Project(const Eigen::Vector3d& point) const;
   // u of the ray through a pixel; DistortsUpTo must be true for its distance from the centre.

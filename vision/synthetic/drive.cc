@@ -1,17 +1,13 @@
 #include "vision/synthetic/drive.h"
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
 
 namespace egosieve::vision {
 namespace {
 
-Eigen::Vector2d Direction(double heading) { return {std::cos(heading), std::sin(heading)}; }
-
 PathPoint Along(const PathPoint& start, double curvature, double length) {
   if (curvature == 0.0) {
-    return {start.position + length * Direction(start.heading_radians), start.heading_radians};
+    return {start.position + length * start.Forward(), start.heading_radians};
   }
   const double heading = start.heading_radians + curvature * length;
   const Eigen::Vector2d chord(std::sin(heading) - std::sin(start.heading_radians),
@@ -21,24 +17,10 @@ PathPoint Along(const PathPoint& start, double curvature, double length) {
 
 }  // namespace
 
-Path::Path(const Eigen::Vector2d& start, double heading_radians) : start_{start, heading_radians} {}
-
-PathPoint Path::End() const {
-  if (pieces_.empty()) return start_;
+Path& Path::Append(double length, double curvature) {
   const Piece& last = pieces_.back();
-  return Along(last.start, last.curvature, last.length);
-}
-
-Path& Path::Straight(double length_metres) {
-  const double begin = pieces_.empty() ? 0.0 : pieces_.back().begin + pieces_.back().length;
-  pieces_.push_back({End(), begin, length_metres, 0.0});
-  return *this;
-}
-
-Path& Path::Turn(double radius_metres, double angle_radians) {
-  const double begin = pieces_.empty() ? 0.0 : pieces_.back().begin + pieces_.back().length;
-  const double curvature = (angle_radians < 0.0 ? -1.0 : 1.0) / radius_metres;
-  pieces_.push_back({End(), begin, std::abs(angle_radians) * radius_metres, curvature});
+  pieces_.push_back({Along(last.start, last.curvature, last.length), last.begin + last.length,
+                     length, curvature});
   return *this;
 }
 
@@ -48,17 +30,13 @@ Path& Path::Shift(double from, double to, double offset_metres) {
 }
 
 PathPoint Path::At(double s) const {
-  PathPoint point;
-  if (pieces_.empty() || s < 0.0) {
-    point = Along(start_, 0.0, s);
-  } else {
-    const Piece* piece = &pieces_.front();
-    for (const Piece& candidate : pieces_) {
-      if (s >= candidate.begin) piece = &candidate;
-    }
-    const double within = std::min(s - piece->begin, piece->length);
-    point = Along(Along(piece->start, piece->curvature, within), 0.0, s - piece->begin - within);
+  const Piece* piece = &pieces_.front();
+  for (const Piece& candidate : pieces_) {
+    if (s >= candidate.begin) piece = &candidate;
   }
+  const double within = std::min(s - piece->begin, piece->length);
+  PathPoint point =
+      Along(Along(piece->start, piece->curvature, within), 0.0, s - piece->begin - within);
   double offset = 0.0, slope = 0.0;
   for (const LateralShift& shift : shifts_) {
     const double length = shift.to - shift.from;
@@ -66,16 +44,12 @@ PathPoint Path::At(double s) const {
     offset += shift.offset * t * t * (3.0 - 2.0 * t);
     slope += shift.offset * 6.0 * t * (1.0 - t) / length;
   }
-  point.position += offset * Direction(point.heading_radians + M_PI / 2);
+  point.position += offset * PathPoint{{}, point.heading_radians + M_PI / 2}.Forward();
   point.heading_radians += std::atan(slope);
   return point;
 }
 
-Drive::Drive(Path path, double start, std::vector<SpeedKey> keys)
-    : path_(std::move(path)), start_(start), keys_(std::move(keys)) {}
-
 double Drive::Speed(double seconds) const {
-  if (keys_.empty()) return 0.0;
   if (seconds <= keys_.front().seconds) return keys_.front().metres_per_second;
   for (size_t k = 1; k < keys_.size(); ++k) {
     if (seconds > keys_[k].seconds) continue;
@@ -87,7 +61,6 @@ double Drive::Speed(double seconds) const {
 }
 
 double Drive::Integral(double seconds) const {
-  if (keys_.empty()) return 0.0;
   if (seconds <= keys_.front().seconds) {
     return (seconds - keys_.front().seconds) * keys_.front().metres_per_second;
   }

@@ -10,6 +10,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <utility>
 #include <vector>
 
 namespace egosieve::vision {
@@ -17,16 +19,22 @@ namespace egosieve::vision {
 struct PathPoint {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();
   double heading_radians = 0.0;  // from the x axis, counter-clockwise
+
+  Eigen::Vector2d Forward() const { return {std::cos(heading_radians), std::sin(heading_radians)}; }
 };
 
 class Path {
  public:
   Path() = default;
-  Path(const Eigen::Vector2d& start, double heading_radians);
+  Path(const Eigen::Vector2d& start, double heading_radians)
+      : pieces_{{{start, heading_radians}}} {}
 
-  Path& Straight(double length_metres);
+  Path& Straight(double length_metres) { return Append(length_metres, 0.0); }
   // Left for positive angles.
-  Path& Turn(double radius_metres, double angle_radians);
+  Path& Turn(double radius_metres, double angle_radians) {
+    return Append(std::abs(angle_radians) * radius_metres,
+                  (angle_radians < 0.0 ? -1.0 : 1.0) / radius_metres);
+  }
   // Moves to the left by `offset_metres` between arc lengths `from` and `to`.
   Path& Shift(double from, double to, double offset_metres);
 
@@ -43,10 +51,9 @@ class Path {
   struct LateralShift {
     double from, to, offset;
   };
-  PathPoint End() const;
+  Path& Append(double length, double curvature);
 
-  PathPoint start_;
-  std::vector<Piece> pieces_;
+  std::vector<Piece> pieces_ = {{}};  // the first has no length
   std::vector<LateralShift> shifts_;
 };
 
@@ -66,7 +73,10 @@ class Drive {
  public:
   Drive() = default;
   // Keys in order of time; without keys it stands still. `start` is the arc length at t = 0.
-  Drive(Path path, double start, std::vector<SpeedKey> keys);
+  Drive(Path path, double start, std::vector<SpeedKey> keys)
+      : path_(std::move(path)), start_(start) {
+    if (!keys.empty()) keys_ = std::move(keys);
+  }
 
   DriveState At(double seconds) const;
   double Speed(double seconds) const;      // (DR2)
@@ -77,7 +87,7 @@ class Drive {
 
   Path path_;
   double start_ = 0.0;
-  std::vector<SpeedKey> keys_;
+  std::vector<SpeedKey> keys_ = {{}};
 };
 
 }  // namespace egosieve::vision

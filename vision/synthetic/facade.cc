@@ -1,9 +1,6 @@
-#include "vision/synthetic/facade.h"
-
 #include <cmath>
 
-#include "vision/synthetic/ground.h"
-#include "vision/synthetic/noise.h"
+#include "vision/synthetic/surface.h"
 
 namespace egosieve::vision {
 namespace {
@@ -15,8 +12,6 @@ Color VividColor(uint32_t h) {
   return value * (1.0f + saturation * wheel);
 }
 
-Color Blend(const Color& a, const Color& b, float t) { return a + (b - a) * t; }
-
 // The wall itself: bricks or render, stains that run down, dirt above the ground.
 Color WallAlbedo(const Wall& wall, float u, float v, float footprint) {
   const bool brick = Unit(Hash(wall.house + 11)) < 0.45f;
@@ -25,8 +20,7 @@ Color WallAlbedo(const Wall& wall, float u, float v, float footprint) {
   if (brick) {
     const float row = std::floor(v / 0.12f);
     const float column = std::floor(u / 0.34f + 0.5f * row);
-    const uint32_t h =
-        Hash(wall.wall + 13, static_cast<int32_t>(column), static_cast<int32_t>(row));
+    const uint32_t h = Hash(wall.wall + 13, column, row);
     const float resolved = Clamp01(0.2f / footprint - 1.0f);
     shade += resolved * 0.55f * (Unit(h) - 0.5f);
     const float fu = u / 0.34f + 0.5f * row - column, fv = v / 0.12f - row;
@@ -49,11 +43,9 @@ SurfaceColor WindowColor(const Wall& wall, uint32_t h, float u, float v, float w
   const float kind = Unit(Hash(h + 1));
   const float border = 0.07f;
   const float bars = Unit(Hash(wall.house + 32));
-  float inside =
-      SoftBox(border, w - border, u, footprint) * SoftBox(border, height - border, v, footprint);
-  if (bars < 0.7f) inside *= 1.0f - (1.0f - SoftStep(0.035f, std::abs(u - 0.5f * w), footprint));
-  if (bars < 0.4f)
-    inside *= 1.0f - (1.0f - SoftStep(0.03f, std::abs(v - 0.68f * height), footprint));
+  float inside = SoftRectangle(border, w - border, u, border, height - border, v, footprint);
+  if (bars < 0.7f) inside *= 1.0f - SoftLine(0.035f, u - 0.5f * w, footprint);
+  if (bars < 0.4f) inside *= 1.0f - SoftLine(0.03f, v - 0.68f * height, footprint);
   const float reflection =
       0.10f + 0.07f * FractalNoise(u + 9.0f * kind, v, h, footprint, {1.4f, 6, 0.9f});
   Color glass = Color(0.75f, 0.9f, 1.05f) * std::max(0.02f, reflection);
@@ -92,7 +84,7 @@ SurfaceColor UpperFloor(const Wall& wall, float u, float v, float storey, int fl
   const float x = u - column * bay - 0.5f * (bay - w) - 0.12f * (Unit(Hash(h + 8)) - 0.5f);
   const float y = v - 0.27f * storey;
   out.albedo = WallAlbedo(wall, u, v + storey * static_cast<float>(floor), footprint);
-  const float sill = SoftBox(-0.12f, w + 0.12f, x, footprint) * SoftBox(-0.14f, 0.0f, y, footprint);
+  const float sill = SoftRectangle(-0.12f, w + 0.12f, x, -0.14f, 0.0f, y, footprint);
   out.albedo = Blend(out.albedo, Color(0.5f, 0.48f, 0.45f), sill);
   const float shutters = Unit(Hash(wall.house + 46));
   if (shutters < 0.3f && x > -0.5f && x < w + 0.5f) {
@@ -102,7 +94,7 @@ SurfaceColor UpperFloor(const Wall& wall, float u, float v, float storey, int fl
     const float slat = 0.7f + 0.3f * SoftStep(0.0f, std::sin(y * 45.0f), 90.0f * footprint);
     out.albedo = Blend(out.albedo, VividColor(wall.house + 47) * slat, panel);
   }
-  const float inside = SoftBox(0.0f, w, x, footprint) * SoftBox(0.0f, height, y, footprint);
+  const float inside = SoftRectangle(0.0f, w, x, 0.0f, height, y, footprint);
   if (inside > 0.0f) {
     const SurfaceColor window = WindowColor(wall, h, x, y, w, height, footprint);
     out.albedo = Blend(out.albedo, window.albedo, inside);
@@ -115,13 +107,12 @@ SurfaceColor UpperFloor(const Wall& wall, float u, float v, float storey, int fl
 Color ShopWindow(uint32_t h, float u, float v, float footprint) {
   const float cell = 0.28f;
   const float resolved = Clamp01(cell / footprint - 1.0f);
-  const int32_t i = static_cast<int32_t>(std::floor(u / cell)),
-                j = static_cast<int32_t>(std::floor(v / cell));
+  const float i = std::floor(u / cell), j = std::floor(v / cell);
   const uint32_t g = Hash(h, i, j);
-  const float fu = u / cell - static_cast<float>(i), fv = v / cell - static_cast<float>(j);
+  const float fu = u / cell - i, fv = v / cell - j;
   const float margin = 0.05f + 0.3f * Unit(Hash(g + 1));
-  const float item = SoftBox(margin, 1.0f - margin, fu, footprint / cell) *
-                     SoftBox(0.0f, 1.0f - margin, fv, footprint / cell);
+  const float item =
+      SoftRectangle(margin, 1.0f - margin, fu, 0.0f, 1.0f - margin, fv, footprint / cell);
   const float dark = 0.09f + 0.05f * FractalNoise(u, v, h, footprint, {1.5f, 5, 0.75f});
   const Color base = Color(0.8f, 0.9f, 1.0f) * std::max(0.02f, dark);
   return Blend(base, VividColor(g), item * resolved * (Unit(g) < 0.55f ? 0.85f : 0.0f));
@@ -138,13 +129,12 @@ SurfaceColor GroundFloor(const Wall& wall, float u, float v, float storey, float
   out.albedo = WallAlbedo(wall, u, v, footprint);
   const float kind = Unit(h);
   if (kind < 0.5f) {  // shop: window, sign above it
-    const float glass =
-        SoftBox(0.3f, bay - 0.3f, x, footprint) * SoftBox(0.5f, storey - 0.75f, v, footprint);
+    const float glass = SoftRectangle(0.3f, bay - 0.3f, x, 0.5f, storey - 0.75f, v, footprint);
     out.albedo = Blend(out.albedo, ShopWindow(h + 2, x, v, footprint), glass);
     if (wall.lights_on)
       out.emission = Color(1.0f, 0.9f, 0.7f) * 0.5f * glass * (0.2f + out.albedo.mean());
-    const float sign = SoftBox(0.15f, bay - 0.15f, x, footprint) *
-                       SoftBox(storey - 0.62f, storey - 0.08f, v, footprint);
+    const float sign =
+        SoftRectangle(0.15f, bay - 0.15f, x, storey - 0.62f, storey - 0.08f, v, footprint);
     if (sign > 0.0f) {
       const float ink =
           Lettering((x - 0.4f) / 0.33f, (v - storey + 0.54f) / 0.38f, h + 3, footprint / 0.35f);
@@ -153,13 +143,12 @@ SurfaceColor GroundFloor(const Wall& wall, float u, float v, float storey, float
       if (wall.lights_on) out.emission += out.albedo * sign * 0.5f;
     }
   } else if (kind < 0.75f) {  // door and a window
-    const float door = SoftBox(0.5f, 1.5f, x, footprint) * SoftBox(0.0f, 2.2f, v, footprint);
+    const float door = SoftRectangle(0.5f, 1.5f, x, 0.0f, 2.2f, v, footprint);
     const float panels =
         SoftStep(0.0f, std::sin((x - 0.5f) * 12.6f) * std::sin(v * 6.0f), 14.0f * footprint);
     out.albedo = Blend(out.albedo, VividColor(h + 5) * (0.6f + 0.4f * panels), door);
     const float w = bay - 2.5f, height = storey - 1.5f;
-    const float window =
-        SoftBox(2.0f, 2.0f + w, x, footprint) * SoftBox(0.8f, 0.8f + height, v, footprint);
+    const float window = SoftRectangle(2.0f, 2.0f + w, x, 0.8f, 0.8f + height, v, footprint);
     if (window > 0.0f && w > 0.3f) {
       const SurfaceColor c = WindowColor(wall, h + 6, x - 2.0f, v - 0.8f, w, height, footprint);
       out.albedo = Blend(out.albedo, c.albedo, window);
@@ -167,13 +156,13 @@ SurfaceColor GroundFloor(const Wall& wall, float u, float v, float storey, float
     }
   } else {  // wall with posters and graffiti
     const float px = x - 0.5f - Unit(Hash(h + 7)), py = v - 0.9f;
-    const float poster = SoftBox(0.0f, 0.9f, px, footprint) * SoftBox(0.0f, 1.3f, py, footprint);
+    const float poster = SoftRectangle(0.0f, 0.9f, px, 0.0f, 1.3f, py, footprint);
     const float ink = Lettering(px / 0.16f, py / 0.22f, h + 8, footprint / 0.18f);
     out.albedo = Blend(out.albedo, Blend(VividColor(h + 9), Color(0.1f, 0.1f, 0.12f), ink), poster);
-    const float line = std::abs(ValueNoise(u * 1.7f, v * 1.5f, h + 10) +
-                                0.35f * ValueNoise(u * 4.0f, v * 4.0f, h + 11));
-    const float spray = (1.0f - SoftStep(0.05f, line, 3.0f * footprint)) *
-                        SoftBox(0.4f, 2.1f, v, 0.5f) * SoftBox(1.8f, bay - 0.2f, x, 0.4f);
+    const float line =
+        ValueNoise(u * 1.7f, v * 1.5f, h + 10) + 0.35f * ValueNoise(u * 4.0f, v * 4.0f, h + 11);
+    const float spray = SoftLine(0.05f, line, 3.0f * footprint) * SoftBox(0.4f, 2.1f, v, 0.5f) *
+                        SoftBox(1.8f, bay - 0.2f, x, 0.4f);
     out.albedo = Blend(out.albedo, VividColor(h + 12), 0.85f * spray);
   }
   return out;
@@ -182,15 +171,13 @@ SurfaceColor GroundFloor(const Wall& wall, float u, float v, float storey, float
 }  // namespace
 
 float Lettering(float u, float v, uint32_t seed, float footprint) {
-  if (v < 0.0f || v > 1.0f || footprint > 0.5f) return v < 0.0f || v > 1.0f ? 0.0f : 0.35f;
-  const int32_t letter = static_cast<int32_t>(std::floor(u));
-  if (Unit(Hash(seed + 9, letter)) < 0.15f) return 0.0f;  // a space
-  const float fu = (u - static_cast<float>(letter)) * 4.0f, fv = v * 5.0f;
-  const int32_t column = static_cast<int32_t>(std::floor(fu)),
-                row = static_cast<int32_t>(std::floor(fv));
-  if (column == 3) return 0.0f;
-  const bool ink = Unit(Hash(Hash(seed, letter), column, row)) < 0.58f;
-  return ink ? 1.0f : 0.0f;
+  if (v < 0.0f || v > 1.0f) return 0.0f;
+  if (footprint > 0.5f) return 0.35f;
+  const float letter = std::floor(u);
+  const uint32_t h = Hash(seed, static_cast<int32_t>(letter));
+  if (Unit(Hash(seed + 9, static_cast<int32_t>(letter))) < 0.15f) return 0.0f;  // a space
+  const float column = std::floor((u - letter) * 4.0f), row = std::floor(v * 5.0f);
+  return column != 3.0f && Unit(Hash(h, column, row)) < 0.58f ? 1.0f : 0.0f;
 }
 
 SurfaceColor FacadeColor(const Wall& wall, float u, float v, float footprint) {

@@ -1,33 +1,22 @@
-#include "vision/synthetic/ground.h"
-
 #include <cmath>
 
-#include "vision/synthetic/noise.h"
-#include "vision/synthetic/street_grid.h"
+#include "vision/synthetic/surface.h"
+#include "vision/synthetic/town.h"
 
 namespace egosieve::vision {
 namespace {
-
-// Coordinates across and along the street of the point; `to_junction` is the distance from the
-// centre of the nearest crossing street.
-struct StreetPoint {
-  float across;
-  float along;
-  float to_junction;
-};
 
 // Rectangular repairs of the asphalt, one in some cells: contrast, and dark seams at their edges.
 float Repairs(float x, float y, uint32_t seed, float footprint) {
   constexpr float kCell = 4.7f;
   const float cx = std::floor(x / kCell), cy = std::floor(y / kCell);
-  const uint32_t h = Hash(seed, static_cast<int32_t>(cx), static_cast<int32_t>(cy));
+  const uint32_t h = Hash(seed, cx, cy);
   if (Unit(h) > 0.42f) return 0.0f;
   const float u = x - cx * kCell, v = y - cy * kCell;
   const float x0 = 1.6f * Unit(Hash(h + 1)), x1 = kCell - 1.6f * Unit(Hash(h + 2));
   const float y0 = 2.0f * Unit(Hash(h + 3)), y1 = kCell - 2.0f * Unit(Hash(h + 4));
-  const float inside = SoftBox(x0, x1, u, footprint) * SoftBox(y0, y1, v, footprint);
-  const float core =
-      SoftBox(x0 + 0.05f, x1 - 0.05f, u, footprint) * SoftBox(y0 + 0.05f, y1 - 0.05f, v, footprint);
+  const float inside = SoftRectangle(x0, x1, u, y0, y1, v, footprint);
+  const float core = SoftRectangle(x0 + 0.05f, x1 - 0.05f, u, y0 + 0.05f, y1 - 0.05f, v, footprint);
   const float shade = 0.5f * (Unit(Hash(h + 5)) - 0.6f);
   return shade * core - 0.5f * (inside - core);
 }
@@ -42,7 +31,7 @@ float Cracks(float x, float y, uint32_t seed, float footprint) {
 float Manhole(float x, float y, uint32_t seed, float footprint) {
   constexpr float kCell = 13.0f;
   const float cx = std::floor(x / kCell), cy = std::floor(y / kCell);
-  const uint32_t h = Hash(seed, static_cast<int32_t>(cx), static_cast<int32_t>(cy));
+  const uint32_t h = Hash(seed, cx, cy);
   const float u = x - (cx + 0.2f + 0.6f * Unit(h)) * kCell;
   const float v = y - (cy + 0.2f + 0.6f * Unit(Hash(h + 1))) * kCell;
   if (u * u + v * v > 0.25f) return 0.0f;
@@ -54,31 +43,28 @@ float Manhole(float x, float y, uint32_t seed, float footprint) {
   return lid * (0.25f * pattern - 0.3f) - 0.6f * rim;
 }
 
-// White paint of one street: the share of the point that it covers.
-float Markings(const StreetPoint& p, uint32_t seed, float footprint) {
+// White paint of one street: the share of the point that it covers. across, along: the street;
+// to_junction: from the centre of the nearest crossing street.
+float Markings(float across, float along, float to_junction, uint32_t seed, float footprint) {
   constexpr float kZebraFrom = 6.6f, kZebraTo = 9.8f;
-  const float a = std::abs(p.across), j = std::abs(p.to_junction);
-  if (a > kKerb) return 0.0f;
+  const float a = std::abs(across), j = std::abs(to_junction);
   if (j < kZebraTo + 0.5f) {
-    const float stripe = std::abs(p.across - std::round(p.across));
-    return SoftBox(kZebraFrom, kZebraTo, j, footprint) *
-           (1.0f - SoftStep(0.26f, stripe, footprint));
+    const float stripe = across - std::round(across);
+    return SoftBox(kZebraFrom, kZebraTo, j, footprint) * SoftLine(0.26f, stripe, footprint);
   }
-  const bool right_hand = (p.across < 0.0f) == (p.to_junction < 0.0f);
+  const bool right_hand = (across < 0.0f) == (to_junction < 0.0f);
   float paint = 0.0f;
   if (j < 12.0f) {  // the stop line of traffic towards the junction
     if (right_hand && a < kLaneWidth) paint = SoftBox(10.8f, 11.3f, j, footprint);
-    return std::max(paint, 1.0f - SoftStep(0.08f, a, footprint));
+    return std::max(paint, SoftLine(0.08f, a, footprint));
   }
-  const float dash = p.along - 6.0f * std::floor(p.along / 6.0f);
-  paint = (1.0f - SoftStep(0.07f, a, footprint)) * SoftBox(0.5f, 3.6f, dash, footprint);
-  const float edge = std::abs(a - static_cast<float>(kLaneWidth));
-  const float bay = p.along - 5.6f * std::floor(p.along / 5.6f);
-  paint = std::max(paint,
-                   (1.0f - SoftStep(0.05f, edge, footprint)) * SoftBox(0.4f, 5.2f, bay, footprint));
-  if (a > kLaneWidth)
-    paint = std::max(paint, 1.0f - SoftStep(0.05f, std::abs(bay - 2.8f), footprint));
-  const float worn = FractalNoise(p.along, p.across, seed, footprint, {0.7f, 4, 0.8f});
+  const float dash = along - 6.0f * std::floor(along / 6.0f);
+  paint = SoftLine(0.07f, a, footprint) * SoftBox(0.5f, 3.6f, dash, footprint);
+  const float edge = a - static_cast<float>(kLaneWidth);
+  const float bay = along - 5.6f * std::floor(along / 5.6f);
+  paint = std::max(paint, SoftLine(0.05f, edge, footprint) * SoftBox(0.4f, 5.2f, bay, footprint));
+  if (edge > 0.0f) paint = std::max(paint, SoftLine(0.05f, bay - 2.8f, footprint));
+  const float worn = FractalNoise(along, across, seed, footprint, {0.7f, 4, 0.8f});
   return paint * Clamp01(0.85f - 0.5f * std::max(0.0f, worn));
 }
 
@@ -86,7 +72,7 @@ float Markings(const StreetPoint& p, uint32_t seed, float footprint) {
 
 float Speckles(float x, float y, uint32_t seed, float cell, float density, float footprint) {
   const float cx = std::floor(x / cell), cy = std::floor(y / cell);
-  const uint32_t h = Hash(seed, static_cast<int32_t>(cx), static_cast<int32_t>(cy));
+  const uint32_t h = Hash(seed, cx, cy);
   if (Unit(h) > density) return 0.0f;
   const float radius = cell * (0.17f + 0.15f * Unit(Hash(h + 1)));
   const float u = x - cell * (cx + 0.3f + 0.4f * Unit(Hash(h + 2)));
@@ -120,8 +106,6 @@ float Litter(float x, float y, uint32_t seed, float coarsest, float density, flo
 }
 
 Color GroundAlbedo(const GroundStyle& style, const Eigen::Vector2d& point, float footprint) {
-  const double dx = point.x() - NearestMultiple(point.x(), kPitchX);
-  const double dy = point.y() - NearestMultiple(point.y(), kPitchY);
   const float x = static_cast<float>(point.x()), y = static_cast<float>(point.y());
   float shade = 0.0f;
   if (style.texture > 0.0f) {
@@ -133,28 +117,24 @@ Color GroundAlbedo(const GroundStyle& style, const Eigen::Vector2d& point, float
   }
   const float grey = 0.2f * std::exp(std::clamp(style.texture * shade, -1.7f, 1.3f));
   Color albedo = Color(1.0f, 0.99f, 0.97f) * grey;
-  if (style.markings) {
-    const bool along_x = std::abs(dy) <= kKerb, along_y = std::abs(dx) <= kKerb;
-    float paint = 0.0f;
-    if (along_x != along_y) {
-      const StreetPoint p = along_x
-                                ? StreetPoint{static_cast<float>(dy), x, static_cast<float>(dx)}
-                                : StreetPoint{static_cast<float>(-dx), y, static_cast<float>(dy)};
-      paint = Markings(p, style.seed + 127, footprint);
-    }
-    albedo += paint * (Color(0.72f, 0.72f, 0.68f) - albedo);
-  }
-  return albedo;
+  if (!style.markings) return albedo;
+  const auto dx = static_cast<float>(point.x() - NearestMultiple(point.x(), kPitchX));
+  const auto dy = static_cast<float>(point.y() - NearestMultiple(point.y(), kPitchY));
+  const bool along_x = std::abs(dy) <= kKerb, along_y = std::abs(dx) <= kKerb;
+  if (along_x == along_y) return albedo;
+  const float across = along_x ? dy : -dx, to_junction = along_x ? dx : dy;
+  const float paint = Markings(across, along_x ? x : y, to_junction, style.seed + 127, footprint);
+  return Blend(albedo, Color(0.72f, 0.72f, 0.68f), paint);
 }
 
 Color PavementAlbedo(uint32_t seed, float texture, const Eigen::Vector2d& point, float footprint) {
   const float x = static_cast<float>(point.x()), y = static_cast<float>(point.y());
   constexpr float kSlab = 0.75f;
   const float cx = std::floor(x / kSlab), cy = std::floor(y / kSlab);
-  const uint32_t h = Hash(seed, static_cast<int32_t>(cx), static_cast<int32_t>(cy));
+  const uint32_t h = Hash(seed, cx, cy);
   const float u = x - cx * kSlab, v = y - cy * kSlab;
   const float inside =
-      SoftBox(0.015f, kSlab - 0.015f, u, footprint) * SoftBox(0.015f, kSlab - 0.015f, v, footprint);
+      SoftRectangle(0.015f, kSlab - 0.015f, u, 0.015f, kSlab - 0.015f, v, footprint);
   float shade = 0.5f * (Unit(h) - 0.5f) * Clamp01(kSlab / (2.0f * footprint) - 1.0f) +
                 0.45f * (inside - 1.0f);
   shade += 0.18f * FractalNoise(x, y, seed + 5, footprint, {2.0f, 9, 1.0f});

@@ -13,113 +13,102 @@ using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+Matrix3d Turn(double radians, const Vector3d& axis) {
+  return AngleAxisd(radians, axis).toRotationMatrix();
+}
+
 // Collects the parts of one model and places them in the world.
-class Assembly {
- public:
-  Assembly(const Placement& placement, int object, std::vector<Primitive>* primitives)
-      : rotation_(AngleAxisd(placement.yaw_radians, Vector3d::UnitZ()).toRotationMatrix()),
-        position_(placement.position),
-        object_(object),
-        primitives_(primitives) {}
+struct Assembly {
+  double yaw_radians;
+  Vector3d position;
+  int object;
+  std::vector<Primitive>* primitives;
 
   Primitive& Add(Shape shape, const Vector3d& centre, const Vector3d& half_size,
-                 const Matrix3d& rotation, const Appearance& appearance) {
-    Primitive p;
-    p.shape = shape;
-    p.rotation = rotation_ * rotation;
-    p.origin = rotation_ * centre + position_;
-    p.half_size = half_size;
-    p.appearance = appearance;
-    p.object = object_;
-    primitives_->push_back(std::move(p));
-    return primitives_->back();
+                 const Appearance& appearance, const Matrix3d& rotation = Matrix3d::Identity()) {
+    const Matrix3d turn = Turn(yaw_radians, Vector3d::UnitZ());
+    return primitives->emplace_back(Primitive{shape, turn * rotation, turn * centre + position,
+                                              half_size, nullptr, appearance, object});
   }
 
-  Primitive& Add(Shape shape, const Vector3d& centre, const Vector3d& half_size,
-                 const Appearance& appearance) {
-    return Add(shape, centre, half_size, Matrix3d::Identity(), appearance);
+  void AddProfile(const std::shared_ptr<const Profile>& profile, const Vector3d& centre,
+                  const Appearance& appearance) {
+    Add(Shape::kProfile, centre, profile->half_size, appearance).profile = profile;
   }
 
   // A round limb or bar from `a` to `b`.
   void AddLimb(const Vector3d& a, const Vector3d& b, double radius, Shape shape,
                const Appearance& appearance) {
     const Vector3d along = b - a;
-    const Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), along.normalized())
-                              .toRotationMatrix();
-    Add(shape, 0.5 * (a + b), Vector3d(radius, radius, 0.5 * along.norm()), turn, appearance);
+    Add(shape, 0.5 * (a + b), Vector3d(radius, radius, 0.5 * along.norm()), appearance,
+        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), along.normalized())
+            .toRotationMatrix());
   }
 
-  void AddWheel(const Vector3d& centre, double radius, double half_width, double turned_radians,
+  void AddWheel(const Vector3d& centre, double radius, double half_width, double travelled,
                 const Appearance& appearance) {
-    const Matrix3d axle = AngleAxisd(-M_PI / 2, Vector3d::UnitX()).toRotationMatrix();
-    const Matrix3d roll = AngleAxisd(turned_radians, Vector3d::UnitZ()).toRotationMatrix();
-    Add(Shape::kCylinder, centre, Vector3d(radius, radius, half_width), axle * roll, appearance);
+    Add(Shape::kCylinder, centre, Vector3d(radius, radius, half_width), appearance,
+        Turn(-M_PI / 2, Vector3d::UnitX()) * Turn(travelled / radius, Vector3d::UnitZ()));
   }
-
- private:
-  Matrix3d rotation_;
-  Vector3d position_;
-  int object_;
-  std::vector<Primitive>* primitives_;
 };
 
 void AppendWheels(const std::vector<double>& axles, double track, double radius, double travelled,
                   uint32_t seed, Assembly* model) {
   for (const double axle : axles) {
     for (const double side : {-1.0, 1.0}) {
-      model->AddWheel({axle, side * track, radius}, radius, 0.11, travelled / radius,
-                      {Material::kWheel, seed, Color::Zero(), false});
+      model->AddWheel({axle, side * track, radius}, radius, 0.11, travelled,
+                      {Material::kWheel, seed, Color::Zero()});
     }
   }
 }
 
-void AppendCar(const ModelLook& look, double travelled, Assembly* model) {
-  // Profiles are shared by all cars and built once.
-  static const auto* const body = new std::shared_ptr<const Profile>(MakeProfile({{-2.10, -0.30},
-                                                                                  {2.08, -0.30},
-                                                                                  {2.14, -0.05},
-                                                                                  {2.02, 0.16},
-                                                                                  {1.0, 0.30},
-                                                                                  {-1.75, 0.32},
-                                                                                  {-2.12, 0.2}},
-                                                                                 0.86, 0.04));
-  static const auto* const cabin = new std::shared_ptr<const Profile>(
-      MakeProfile({{-1.50, -0.29}, {1.28, -0.29}, {0.45, 0.28}, {-1.05, 0.29}}, 0.71, 0.22));
-  static const auto* const van_cabin = new std::shared_ptr<const Profile>(
-      MakeProfile({{-1.62, -0.47}, {1.34, -0.47}, {0.75, 0.46}, {-1.60, 0.47}}, 0.76, 0.06));
+// A usual colour of cars.
+Color PaintColor(uint32_t seed) {
+  static constexpr float kPaints[][3] = {
+      {0.62f, 0.62f, 0.6f},  {0.05f, 0.05f, 0.055f}, {0.30f, 0.31f, 0.33f},
+      {0.45f, 0.03f, 0.03f}, {0.03f, 0.08f, 0.3f},   {0.13f, 0.14f, 0.15f},
+      {0.06f, 0.2f, 0.11f},  {0.5f, 0.42f, 0.25f},   {0.1f, 0.25f, 0.42f}};
+  const float* c = kPaints[Hash(seed + 17) % 9];
+  return Color(c[0], c[1], c[2]);
+}
+
+void AppendCar(const SceneObject& look, double travelled, Assembly* model) {
+  using Points = std::vector<Eigen::Vector2d>;
+  static const Points body_points = {{-2.10, -0.30}, {2.08, -0.30}, {2.14, -0.05}, {2.02, 0.16},
+                                     {1.0, 0.30},    {-1.75, 0.32}, {-2.12, 0.2}};
+  static const Points cabin_points = {{-1.50, -0.29}, {1.28, -0.29}, {0.45, 0.28}, {-1.05, 0.29}};
+  static const Points van_points = {{-1.62, -0.47}, {1.34, -0.47}, {0.75, 0.46}, {-1.60, 0.47}};
+  // Shared by all cars and built once.
+  static const auto body = MakeProfile(body_points, 0.86, 0.04);
+  static const auto cabin = MakeProfile(cabin_points, 0.71, 0.22);
+  static const auto van_cabin = MakeProfile(van_points, 0.76, 0.06);
   const bool van = look.object_class == ObjectClass::kVan;
   const Color paint = PaintColor(look.seed);
-  Primitive& lower = model->Add(Shape::kProfile, {0.0, 0.0, 0.57}, (*body)->half_size,
-                                {Material::kCarBody, look.seed, paint, look.lights_on});
-  lower.profile = *body;
-  const auto& upper_profile = van ? *van_cabin : *cabin;
-  Primitive& upper =
-      model->Add(Shape::kProfile, {-0.15, 0.0, van ? 1.33 : 1.16}, upper_profile->half_size,
-                 {Material::kCarCabin, look.seed, paint, false});
-  upper.profile = upper_profile;
+  model->AddProfile(body, {0.0, 0.0, 0.57}, {Material::kCarBody, look.seed, paint, look.lights_on});
+  model->AddProfile(van ? van_cabin : cabin, {-0.15, 0.0, van ? 1.33 : 1.16},
+                    {Material::kCarCabin, look.seed, paint});
   AppendWheels({-1.33, 1.33}, 0.78, 0.32, travelled, look.seed, model);
 }
 
-void AppendBus(const ModelLook& look, double travelled, Assembly* model) {
+void AppendBus(const SceneObject& look, double travelled, Assembly* model) {
   const Color paint = Unit(look.seed) < 0.5f ? Color(0.5f, 0.06f, 0.05f) : Color(0.55f, 0.5f, 0.1f);
   model->Add(Shape::kBox, {0.0, 0.0, 1.7}, {5.6, 1.25, 1.35},
              {Material::kBus, look.seed, paint, look.lights_on});
   AppendWheels({-3.3, 3.6}, 1.16, 0.47, travelled, look.seed, model);
 }
 
-void AppendPerson(const ModelLook& look, const Vector3d& hip, double lean, double stride_radians,
-                  bool cycling, Assembly* model) {
-  const uint32_t s = look.seed;
+void AppendPerson(uint32_t s, const Vector3d& hip, double lean, double stride_radians, bool cycling,
+                  Assembly* model) {
   const Color skin = Color(0.52f, 0.33f, 0.23f) * (0.35f + 0.75f * Unit(Hash(s + 1)));
-  const Appearance trousers{Material::kCloth, s + 2, ClothColor(s + 2) * 0.6f, false};
-  const Appearance jacket{Material::kCloth, s + 3, ClothColor(s + 3), false};
-  const Appearance bare{Material::kSkin, s + 4, skin, false};
+  const Appearance trousers{Material::kCloth, s + 2, ClothColor(s + 2) * 0.6f};
+  const Appearance jacket{Material::kCloth, s + 3, ClothColor(s + 3)};
+  const Appearance bare{Material::kSkin, s + 4, skin};
   const Appearance hair{Material::kSkin, s + 5,
-                        Color(0.1f, 0.07f, 0.05f) * (0.4f + 1.8f * Unit(Hash(s + 5))), false};
+                        Color(0.1f, 0.07f, 0.05f) * (0.4f + 1.8f * Unit(Hash(s + 5)))};
   const Vector3d up(std::sin(lean), 0.0, std::cos(lean));
   const Vector3d shoulder = hip + 0.52 * up;
-  const Matrix3d tilt = AngleAxisd(lean, Vector3d::UnitY()).toRotationMatrix();
-  model->Add(Shape::kEllipsoid, hip + 0.27 * up, {0.15, 0.24, 0.37}, tilt, jacket);
+  model->Add(Shape::kEllipsoid, hip + 0.27 * up, {0.15, 0.24, 0.37}, jacket,
+             Turn(lean, Vector3d::UnitY()));
   const Vector3d head = hip + 0.74 * up + Vector3d(cycling ? 0.05 : 0.0, 0.0, 0.0);
   model->Add(Shape::kEllipsoid, head, {0.10, 0.085, 0.125}, bare);
   model->Add(Shape::kEllipsoid, head + Vector3d(-0.02, 0.0, 0.035), {0.105, 0.095, 0.11}, hair);
@@ -145,12 +134,12 @@ void AppendPerson(const ModelLook& look, const Vector3d& hip, double lean, doubl
   }
 }
 
-void AppendCyclist(const ModelLook& look, double travelled, Assembly* model) {
+void AppendCyclist(const SceneObject& look, double travelled, Assembly* model) {
   constexpr double kRadius = 0.34;
-  const Appearance spokes{Material::kSpokes, look.seed, Color(0.05f, 0.05f, 0.05f), false};
-  const Appearance tube{Material::kMetal, look.seed + 1, ClothColor(look.seed + 9), false};
+  const Appearance spokes{Material::kSpokes, look.seed, Color(0.05f, 0.05f, 0.05f)};
+  const Appearance tube{Material::kMetal, look.seed + 1, ClothColor(look.seed + 9)};
   for (const double axle : {-0.52, 0.52})
-    model->AddWheel({axle, 0.0, kRadius}, kRadius, 0.025, travelled / kRadius, spokes);
+    model->AddWheel({axle, 0.0, kRadius}, kRadius, 0.025, travelled, spokes);
   const Vector3d saddle(-0.2, 0.0, 0.92), crank(0.0, 0.0, 0.3), bars(0.42, 0.0, 0.98),
       rear(-0.52, 0.0, kRadius), front(0.52, 0.0, kRadius);
   for (const auto& [a, b] : {std::pair{saddle, crank},
@@ -161,34 +150,18 @@ void AppendCyclist(const ModelLook& look, double travelled, Assembly* model) {
                              {bars, front}}) {
     model->AddLimb(a, b, 0.025, Shape::kCylinder, tube);
   }
-  AppendPerson(look, saddle + Vector3d(0.0, 0.0, 0.06), 0.5, travelled / 0.8, true, model);
+  AppendPerson(look.seed, saddle + Vector3d(0.0, 0.0, 0.06), 0.5, travelled / 0.8, true, model);
 }
 
 }  // namespace
 
-const char* ObjectClassName(ObjectClass object_class) {
-  switch (object_class) {
-    case ObjectClass::kCar:
-      return "car";
-    case ObjectClass::kVan:
-      return "van";
-    case ObjectClass::kBus:
-      return "bus";
-    case ObjectClass::kPedestrian:
-      return "pedestrian";
-    case ObjectClass::kCyclist:
-      return "cyclist";
-  }
-  return "";
-}
-
-Color PaintColor(uint32_t seed) {
-  static constexpr float kPaints[][3] = {
-      {0.62f, 0.62f, 0.6f},  {0.05f, 0.05f, 0.055f}, {0.30f, 0.31f, 0.33f},
-      {0.45f, 0.03f, 0.03f}, {0.03f, 0.08f, 0.3f},   {0.13f, 0.14f, 0.15f},
-      {0.06f, 0.2f, 0.11f},  {0.5f, 0.42f, 0.25f},   {0.1f, 0.25f, 0.42f}};
-  const float* c = kPaints[Hash(seed + 17) % 9];
-  return Color(c[0], c[1], c[2]);
+const ObjectFacts& FactsOf(ObjectClass object_class) {
+  static constexpr ObjectFacts kFacts[] = {{"car", 2.15, 0.9},
+                                           {"van", 2.15, 0.9},
+                                           {"bus", 5.6, 1.3},
+                                           {"pedestrian", 0.4, 0.35},
+                                           {"cyclist", 0.9, 0.4}};
+  return kFacts[static_cast<int>(object_class)];
 }
 
 Color ClothColor(uint32_t seed) {
@@ -197,44 +170,32 @@ Color ClothColor(uint32_t seed) {
          (1.0f + 0.55f * Color(std::cos(hue), std::cos(hue - 2.0944f), std::cos(hue + 2.0944f)));
 }
 
-void AppendModel(const ModelLook& look, const Placement& placement, double travelled_metres,
-                 int object, std::vector<Primitive>* primitives) {
-  Assembly model(placement, object, primitives);
-  switch (look.object_class) {
+void AppendModel(const SceneObject& model, const DriveState& state, int object,
+                 std::vector<Primitive>* primitives) {
+  Vector3d position;
+  position << state.pose.position, model.ground_metres;
+  Assembly parts{state.pose.heading_radians, position, object, primitives};
+  const double travelled = state.travelled;
+  switch (model.object_class) {
     case ObjectClass::kCar:
     case ObjectClass::kVan:
-      return AppendCar(look, travelled_metres, &model);
+      return AppendCar(model, travelled, &parts);
     case ObjectClass::kBus:
-      return AppendBus(look, travelled_metres, &model);
+      return AppendBus(model, travelled, &parts);
     case ObjectClass::kPedestrian:
-      return AppendPerson(look, {0.0, 0.0, 0.93 + 0.015 * std::cos(9.0 * travelled_metres)}, 0.04,
-                          4.3 * travelled_metres, false, &model);
+      return AppendPerson(model.seed, {0.0, 0.0, 0.93 + 0.015 * std::cos(9.0 * travelled)}, 0.04,
+                          4.3 * travelled, false, &parts);
     case ObjectClass::kCyclist:
-      return AppendCyclist(look, travelled_metres, &model);
+      return AppendCyclist(model, travelled, &parts);
   }
-}
-
-Eigen::Vector2d ModelHalfExtent(ObjectClass object_class) {
-  switch (object_class) {
-    case ObjectClass::kCar:
-    case ObjectClass::kVan:
-      return {2.15, 0.9};
-    case ObjectClass::kBus:
-      return {5.6, 1.3};
-    case ObjectClass::kPedestrian:
-      return {0.4, 0.35};
-    case ObjectClass::kCyclist:
-      return {0.9, 0.4};
-  }
-  return {0.0, 0.0};
 }
 
 void AppendTree(const Eigen::Vector3d& foot, double height, uint32_t seed,
                 std::vector<Primitive>* primitives) {
-  Assembly tree({foot, 6.2832 * Unit(seed)}, -1, primitives);
+  Assembly tree{6.2832 * Unit(seed), foot, -1, primitives};
   const double trunk = 0.45 * height, spread = 0.23 * height;
   tree.Add(Shape::kCylinder, {0, 0, trunk / 2}, {0.02 * height, 0.02 * height, trunk / 2},
-           {Material::kBark, seed, Color(0.16f, 0.12f, 0.09f), false});
+           {Material::kBark, seed, Color(0.16f, 0.12f, 0.09f)});
   const float tint = Unit(Hash(seed + 2));
   const Color leaves(0.12f + 0.10f * tint, 0.23f + 0.07f * tint, 0.05f);
   constexpr int kClumps = 8;
@@ -247,14 +208,14 @@ void AppendTree(const Eigen::Vector3d& foot, double height, uint32_t seed,
     const Vector3d centre(out * std::cos(angle), out * std::sin(angle),
                           trunk + spread * (0.1 + 1.5 * level));
     tree.Add(Shape::kEllipsoid, centre, {size, size * (0.8 + 0.3 * Unit(Hash(h + 3))), 0.75 * size},
-             {Material::kFoliage, h, leaves * (0.75f + 0.5f * Unit(Hash(h + 4))), false});
+             {Material::kFoliage, h, leaves * (0.75f + 0.5f * Unit(Hash(h + 4)))});
   }
 }
 
 void AppendLamp(const Eigen::Vector3d& foot, double yaw_radians, bool lights_on,
                 std::vector<Primitive>* primitives) {
-  Assembly lamp({foot, yaw_radians}, -1, primitives);
-  const Appearance steel{Material::kMetal, 5, Color(0.14f, 0.15f, 0.14f), false};
+  Assembly lamp{yaw_radians, foot, -1, primitives};
+  const Appearance steel{Material::kMetal, 5, Color(0.14f, 0.15f, 0.14f)};
   lamp.Add(Shape::kCylinder, {0, 0, 2.9}, {0.07, 0.07, 2.9}, steel);
   lamp.AddLimb({0, 0, 5.75}, {1.3, 0, 6.0}, 0.05, Shape::kCylinder, steel);
   lamp.Add(Shape::kBox, {1.4, 0, 5.97}, {0.3, 0.12, 0.06},
@@ -264,8 +225,8 @@ void AppendLamp(const Eigen::Vector3d& foot, double yaw_radians, bool lights_on,
 void AppendRailing(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                    std::vector<Primitive>* primitives) {
   constexpr double kHeight = 1.05, kSpacing = 0.2;
-  Assembly railing({Vector3d::Zero(), 0.0}, -1, primitives);
-  const Appearance steel{Material::kMetal, 9, Color(0.07f, 0.09f, 0.08f), false};
+  Assembly railing{0.0, Vector3d::Zero(), -1, primitives};
+  const Appearance steel{Material::kMetal, 9, Color(0.07f, 0.09f, 0.08f)};
   const Vector3d up(0.0, 0.0, kHeight);
   for (const double level : {0.15, 1.0}) {
     railing.AddLimb(from + level * up, to + level * up, 0.025, Shape::kCylinder, steel);
@@ -279,12 +240,11 @@ void AppendRailing(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
 
 void AppendSign(const Eigen::Vector3d& foot, double yaw_radians, uint32_t seed,
                 std::vector<Primitive>* primitives) {
-  Assembly sign({foot, yaw_radians}, -1, primitives);
+  Assembly sign{yaw_radians, foot, -1, primitives};
   sign.Add(Shape::kCylinder, {0, 0, 1.3}, {0.035, 0.035, 1.3},
-           {Material::kMetal, 7, Color(0.3f, 0.3f, 0.3f), false});
+           {Material::kMetal, 7, Color(0.3f, 0.3f, 0.3f)});
   const Color face = Unit(seed) < 0.5f ? Color(0.04f, 0.1f, 0.4f) : Color(0.4f, 0.03f, 0.03f);
-  sign.Add(Shape::kBox, {-0.06, 0, 2.35}, {0.015, 0.34, 0.34},
-           {Material::kSign, seed, face, false});
+  sign.Add(Shape::kBox, {-0.06, 0, 2.35}, {0.015, 0.34, 0.34}, {Material::kSign, seed, face});
 }
 
 }  // namespace egosieve::vision

@@ -1,38 +1,38 @@
 // Models of street objects, built of primitives. Each stands on z = 0 of its own frame, x forward,
-// y to the left, and is placed by a rigid motion of the plane.
+// y to the left, and is placed by world = Rz(yaw) local + position.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
+#include "vision/synthetic/drive.h"
 #include "vision/synthetic/primitive.h"
 
 namespace egosieve::vision {
 
 enum class ObjectClass { kCar, kVan, kBus, kPedestrian, kCyclist };
 
-const char* ObjectClassName(ObjectClass object_class);
-
-// Position and heading of a model: world = Rz(yaw) local + position.
-struct Placement {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  double yaw_radians = 0.0;
+struct ObjectFacts {
+  const char* name;
+  double half_length, half_width;  // of the footprint, metres
 };
 
-struct ModelLook {
+const ObjectFacts& FactsOf(ObjectClass object_class);
+
+// An object that can move.
+struct SceneObject {
   ObjectClass object_class = ObjectClass::kCar;
-  uint32_t seed = 0;
+  uint32_t seed = 0;  // of its looks
   bool lights_on = false;
+  Drive drive;
+  double ground_metres = 0.0;  // height of the ground below it
 };
 
-// Appends the model's primitives, all with the index `object`. `travelled_metres` turns wheels and
-// swings limbs; a model looks the same as long as it is unchanged.
-void AppendModel(const ModelLook& look, const Placement& placement, double travelled_metres,
-                 int object, std::vector<Primitive>* primitives);
-
-// The half extents of the model's footprint, metres: along and across.
-Eigen::Vector2d ModelHalfExtent(ObjectClass object_class);
+// Appends the model's primitives where `state` of its drive puts it, all with the index `object`.
+// The way travelled turns wheels and swings limbs.
+void AppendModel(const SceneObject& model, const DriveState& state, int object,
+                 std::vector<Primitive>* primitives);
 
 void AppendTree(const Eigen::Vector3d& foot, double height, uint32_t seed,
                 std::vector<Primitive>* primitives);
@@ -45,8 +45,7 @@ void AppendSign(const Eigen::Vector3d& foot, double yaw_radians, uint32_t seed,
 void AppendRailing(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                    std::vector<Primitive>* primitives);
 
-// PaintColor: a usual colour of cars; ClothColor: a usual colour of clothes.
-Color PaintColor(uint32_t seed);
+// A usual colour of clothes.
 Color ClothColor(uint32_t seed);
 
 }  // namespace egosieve::vision

@@ -36,6 +36,11 @@ inline uint32_t Hash(uint32_t seed, int32_t x, int32_t y) {
               (static_cast<uint32_t>(y) * 0x85ebca77U + 0x165667b1U));
 }
 
+// Of the cell with these whole coordinates.
+inline uint32_t Hash(uint32_t seed, float x, float y) {
+  return Hash(seed, static_cast<int32_t>(x), static_cast<int32_t>(y));
+}
+
 // Uniform in [0, 1), from the upper 24 bits.
 inline float Unit(uint32_t hash) { return static_cast<float>(hash >> 8) * 0x1p-24f; }
 

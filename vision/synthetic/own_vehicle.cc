@@ -26,26 +26,9 @@ bool InBracket(cv::Size size, double x, double y) {  // (SO2)
 
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 
-struct LetteringPlace {
-  double scale;
-  int thickness;
-};
-
-LetteringPlace LetteringFor(cv::Size size) {
-  return {size.height / 720.0, std::max(1, size.height / 360)};
-}
-
 std::string StampText(double seconds) {
   const int second = static_cast<int>(std::floor(seconds));
   return absl::StrFormat("2024-05-03 14:%02d:%02d", second / 60 % 60, second % 60);
-}
-
-cv::Rect StampBox(cv::Size size) {
-  const LetteringPlace lettering = LetteringFor(size);
-  const cv::Size text =
-      cv::getTextSize(StampText(0.0), kFont, lettering.scale, lettering.thickness, nullptr);
-  return cv::Rect(text.height / 2, text.height / 2, text.width + 6, 2 * text.height) &
-         cv::Rect({}, size);
 }
 
 cv::Mat DrawReflection(const OwnVehicleStyle& style, cv::Size size) {  // (SO3)
@@ -77,14 +60,21 @@ cv::Mat DrawReflection(const OwnVehicleStyle& style, cv::Size size) {  // (SO3)
 }  // namespace
 
 OwnVehicle::OwnVehicle(const OwnVehicleStyle& style, cv::Size size)
-    : style_(style), size_(size), mask_(cv::Mat::zeros(size, CV_8UC1)) {
+    : style_(style),
+      size_(size),
+      scale_(size.height / 720.0),
+      thickness_(std::max(1, size.height / 360)),
+      mask_(cv::Mat::zeros(size, CV_8UC1)) {
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
       const bool own = y >= BonnetTop(style, size, x) || InBracket(size, x, y);
       mask_.at<uint8_t>(y, x) = own ? 255 : 0;
     }
   }
-  mask_(StampBox(size)).setTo(255);
+  const cv::Size text = cv::getTextSize(StampText(0.0), kFont, scale_, thickness_, nullptr);
+  stamp_ = cv::Rect(text.height / 2, text.height / 2, text.width + 6, 2 * text.height) &
+           cv::Rect({}, size);
+  mask_(stamp_).setTo(255);
   reflection_ = DrawReflection(style, size);
 }
 
@@ -113,11 +103,10 @@ void OwnVehicle::Cover(cv::Mat* radiance) const {
 }
 
 void OwnVehicle::Stamp(double seconds, cv::Mat* image) const {
-  const cv::Rect box = StampBox(size_);
-  const LetteringPlace lettering = LetteringFor(size_);
-  (*image)(box).setTo(cv::Scalar(20, 20, 20));
-  cv::putText(*image, StampText(seconds), cv::Point(box.x + 2, box.y + box.height * 3 / 4), kFont,
-              lettering.scale, cv::Scalar(240, 240, 240), lettering.thickness, cv::LINE_AA);
+  (*image)(stamp_).setTo(cv::Scalar(20, 20, 20));
+  const cv::Point foot(stamp_.x + 2, stamp_.y + stamp_.height * 3 / 4);
+  cv::putText(*image, StampText(seconds), foot, kFont, scale_, cv::Scalar(240, 240, 240),
+              thickness_, cv::LINE_AA);
 }
 
 }  // namespace egosieve::vision

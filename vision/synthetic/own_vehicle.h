@@ -38,6 +38,9 @@ class OwnVehicle {
  private:
   OwnVehicleStyle style_;
   cv::Size size_;
+  double scale_;  // of the stamp's letters
+  int thickness_;
+  cv::Rect stamp_;
   cv::Mat mask_;
   cv::Mat reflection_;  // m, CV_32FC1
 };

@@ -18,39 +18,15 @@ struct Interval {
   bool empty() const { return !(near < far); }
 };
 
-inline void ClipSlab(double o, double d, double half, int low_face, Interval* interval) {
-  if (d == 0.0) {
-    if (!(std::abs(o) <= half)) interval->far = -std::numeric_limits<double>::infinity();
-    return;
-  }
-  const double inverse = 1.0 / d;
-  const double side = inverse < 0.0 ? half : -half;  // where the ray enters
-  const double enter = (side - o) * inverse, leave = (-side - o) * inverse;
-  const int enter_face = low_face + (inverse < 0.0 ? 1 : 0);
-  if (enter > interval->near) {
-    interval->near = enter;
-    interval->near_face = enter_face;
-  }
-  if (leave < interval->far) {
-    interval->far = leave;
-    interval->far_face = 2 * low_face + 1 - enter_face;
-  }
-}
-
-inline void ClipHalfSpace(const HalfSpace& space, const Vector3d& o, const Vector3d& d, int face,
-                          Interval* interval) {
-  const double speed = space.normal.dot(d);
-  const double room = space.offset - space.normal.dot(o);
+// Cuts off what does not fulfil speed t <= room; `end` is room / speed.
+inline void Clip(double speed, double room, double end, int face, Interval* interval) {
   if (speed == 0.0) {
     if (!(room >= 0.0)) interval->far = -std::numeric_limits<double>::infinity();
-    return;
-  }
-  const double t = room / speed;
-  if (speed < 0.0 && t > interval->near) {
-    interval->near = t;
+  } else if (speed < 0.0 && end > interval->near) {
+    interval->near = end;
     interval->near_face = face;
-  } else if (speed > 0.0 && t < interval->far) {
-    interval->far = t;
+  } else if (speed > 0.0 && end < interval->far) {
+    interval->far = end;
     interval->far_face = face;
   }
 }
@@ -71,33 +47,27 @@ inline bool ClipQuadric(double a, double b, double c, Interval* interval) {
 Interval ConvexInterval(const Primitive& p, const Vector3d& o, const Vector3d& d) {
   Interval interval;
   const Vector3d& h = p.half_size;
-  switch (p.shape) {
-    case Shape::kBox:
-      ClipSlab(o.x(), d.x(), h.x(), 0, &interval);
-      ClipSlab(o.y(), d.y(), h.y(), 2, &interval);
-      ClipSlab(o.z(), d.z(), h.z(), 4, &interval);
-      break;
-    case Shape::kEllipsoid: {
-      const Vector3d so = o.cwiseQuotient(h), sd = d.cwiseQuotient(h);
-      if (!ClipQuadric(sd.squaredNorm(), so.dot(sd), so.squaredNorm() - 1.0, &interval)) {
-        interval.far = interval.near;
-      }
-      break;
+  const Vector3d so = o.cwiseQuotient(h), sd = d.cwiseQuotient(h);
+  bool meets = true;
+  if (p.shape == Shape::kEllipsoid) {
+    meets = ClipQuadric(sd.squaredNorm(), so.dot(sd), so.squaredNorm() - 1.0, &interval);
+  } else if (p.shape == Shape::kCylinder) {
+    meets = ClipQuadric(sd.x() * sd.x() + sd.y() * sd.y(), so.x() * sd.x() + so.y() * sd.y(),
+                        so.x() * so.x() + so.y() * so.y() - 1.0, &interval);
+  }
+  if (!meets) interval.far = interval.near;
+  int face = p.shape == Shape::kCylinder ? 1 : 0;
+  if (p.shape == Shape::kProfile) {
+    for (const HalfSpace& space : p.profile->half_spaces) {
+      const double speed = space.normal.dot(d), room = space.offset - space.normal.dot(o);
+      Clip(speed, room, room / speed, face++, &interval);
     }
-    case Shape::kCylinder: {
-      const double ox = o.x() / h.x(), oy = o.y() / h.y(), dx = d.x() / h.x(), dy = d.y() / h.y();
-      if (!ClipQuadric(dx * dx + dy * dy, ox * dx + oy * dy, ox * ox + oy * oy - 1.0, &interval)) {
-        interval.far = interval.near;
-        break;
-      }
-      ClipSlab(o.z(), d.z(), h.z(), 1, &interval);
-      break;
+  } else if (meets && p.shape != Shape::kEllipsoid) {
+    for (int axis = p.shape == Shape::kCylinder ? 2 : 0; axis < 3; ++axis) {
+      const double inverse = 1.0 / d[axis];
+      Clip(-d[axis], h[axis] + o[axis], (-h[axis] - o[axis]) * inverse, face++, &interval);
+      Clip(d[axis], h[axis] - o[axis], (h[axis] - o[axis]) * inverse, face++, &interval);
     }
-    case Shape::kProfile:
-      for (size_t k = 0; k < p.profile->half_spaces.size(); ++k) {
-        ClipHalfSpace(p.profile->half_spaces[k], o, d, static_cast<int>(k), &interval);
-      }
-      break;
   }
   return interval;
 }
@@ -138,10 +108,6 @@ bool IsHole(const Primitive& p, const Vector3d& local, int face) {
   return false;
 }
 
-bool HasHoles(Material material) {
-  return material == Material::kFoliage || material == Material::kSpokes;
-}
-
 }  // namespace
 
 std::shared_ptr<const Profile> MakeProfile(const std::vector<Eigen::Vector2d>& points,
@@ -174,7 +140,8 @@ bool Intersect(const Primitive& primitive, const Ray& ray, double t_min, Hit* hi
   const Vector3d d = primitive.rotation.transpose() * ray.direction;
   const Interval interval = ConvexInterval(primitive, o, d);
   if (interval.empty() || !(interval.far > t_min) || !(interval.near < hit->t)) return false;
-  const bool cutout = HasHoles(primitive.appearance.material);
+  const Material material = primitive.appearance.material;
+  const bool cutout = material == Material::kFoliage || material == Material::kSpokes;
   const std::pair<double, int> ends[] = {{interval.near, interval.near_face},
                                          {interval.far, interval.far_face}};
   for (const auto& [t, face] : ends) {

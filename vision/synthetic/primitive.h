@@ -32,7 +32,6 @@ using Color = Eigen::Array3f;  // linear light: red, green, blue
 enum class Shape : uint8_t { kBox, kEllipsoid, kCylinder, kProfile };
 
 enum class Material : uint8_t {
-  kGround,
   kPavement,
   kFacade,
   kRoof,

@@ -11,30 +11,27 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-constexpr double kFarMetres = 320.0;
 constexpr double kMovableMetres = 220.0;  // farther ones cover a pixel or two
 constexpr double kHazeMetres = 1800.0;
-constexpr double kShadowCellMetres = 3.0;
 
-std::vector<AlignedBox3d> BoundsOf(const std::vector<Primitive>& primitives) {
-  std::vector<AlignedBox3d> bounds;
-  bounds.reserve(primitives.size());
-  for (const Primitive& primitive : primitives) bounds.push_back(primitive.Bounds());
-  return bounds;
-}
-
-std::vector<Primitive> MovableAt(const Scene& scene, double seconds, const Eigen::Vector2d& near) {
-  std::vector<Primitive> primitives;
+std::vector<Primitive> PrimitivesAt(const Scene& scene, double seconds,
+                                    const Eigen::Vector2d& near) {
+  std::vector<Primitive> primitives = scene.scenery;
   for (size_t k = 0; k < scene.objects.size(); ++k) {
-    const SceneObject& object = scene.objects[k];
-    const DriveState state = object.drive.At(seconds);
+    const DriveState state = scene.objects[k].drive.At(seconds);
     if ((state.pose.position - near).norm() > kMovableMetres) continue;
-    const Placement placement{
-        {state.pose.position.x(), state.pose.position.y(), object.ground_metres},
-        state.pose.heading_radians};
-    AppendModel(object.look, placement, state.travelled, static_cast<int>(k), &primitives);
+    AppendModel(scene.objects[k], state, static_cast<int>(k), &primitives);
   }
   return primitives;
+}
+
+// `bounds` are those of the first primitives.
+std::vector<AlignedBox3d> Continued(std::vector<AlignedBox3d> bounds,
+                                    const std::vector<Primitive>& primitives) {
+  for (size_t k = bounds.size(); k < primitives.size(); ++k) {
+    bounds.push_back(primitives[k].Bounds());
+  }
+  return bounds;
 }
 
 Eigen::AlignedBox2d BoxAround(const Eigen::Vector2d& centre, double reach) {
@@ -72,8 +69,8 @@ PinholeView FitPinhole(const Intrinsics& intrinsics, int width, int height) {
 }  // namespace
 
 SceneIndex::SceneIndex(const Scene& scene)
-    : bounds(BoundsOf(scene.scenery)),
-      shadows(bounds, scene.light.to_sun, Plan(bounds), kShadowCellMetres) {}
+    : bounds(Continued({}, scene.scenery)),
+      shadows(ListShadows(bounds, 0, scene.light.to_sun, Plan(bounds))) {}
 
 RayCaster::RayCaster(const Scene& scene, const SceneIndex& index, double seconds, int width,
                      int height)
@@ -82,12 +79,11 @@ RayCaster::RayCaster(const Scene& scene, const SceneIndex& index, double seconds
       seconds_(seconds),
       pinhole_(FitPinhole(scene.intrinsics, width, height)),
       pose_(scene.camera.At(seconds)),
-      movable_(MovableAt(scene, seconds, pose_.centre.head<2>())),
-      movable_bounds_(BoundsOf(movable_)),
-      movable_shadows_(movable_bounds_, scene.light.to_sun, BoxAround(pose_.centre.head<2>(), 90.0),
-                       kShadowCellMetres),
-      visibility_(index.bounds, movable_bounds_, pinhole_.intrinsics, pose_, pinhole_.width,
-                  pinhole_.height, kFarMetres) {
+      primitives_(PrimitivesAt(scene, seconds, pose_.centre.head<2>())),
+      bounds_(Continued(index.bounds, primitives_)),
+      movable_shadows_(ListShadows(bounds_, index.bounds.size(), scene.light.to_sun,
+                                   BoxAround(pose_.centre.head<2>(), 90.0))),
+      view_(ListView(bounds_, pinhole_, pose_)) {
   for (const Vector3d& lamp : scene.lamps) {
     if (scene.light.night && (lamp - pose_.centre).norm() < 90.0) near_lamps_.push_back(lamp);
   }
@@ -100,11 +96,6 @@ Vector3d RayCaster::RayDirection(double x, double y) const {
 Vector3d RayCaster::PointAt(double x, double y, double depth) const {
   const Vector3d direction = RayDirection(x, y);
   return std::isinf(depth) ? direction : (pose_.centre + depth * direction).eval();
-}
-
-const Primitive& RayCaster::At(int index) const {
-  const int scenery = static_cast<int>(scene_.scenery.size());
-  return index < scenery ? scene_.scenery[index] : movable_[index - scenery];
 }
 
 Color RayCaster::Sky(const Vector3d& direction) const {
@@ -126,9 +117,8 @@ Color RayCaster::Sky(const Vector3d& direction) const {
 }
 
 float RayCaster::Clouds(const Vector3d& point, double seconds) const {
-  const Vector3d& l = scene_.light.to_sun;
   const Eigen::Vector2d q =
-      (point.head<2>() - l.head<2>() * (point.z() / l.z()) - scene_.light.wind * seconds) / 45.0;
+      (ShadowPlace(point, scene_.light.to_sun) - scene_.light.wind * seconds) / 45.0;
   const float density = FractalNoise(static_cast<float>(q.x()), static_cast<float>(q.y()),
                                      scene_.seed + 37, 0.01f, {1.0f, 3, 0.5f});
   return 1.0f - static_cast<float>(scene_.light.cloud_cover) * Clamp01(0.5f + 1.6f * density);
@@ -137,13 +127,11 @@ float RayCaster::Clouds(const Vector3d& point, double seconds) const {
 bool RayCaster::Shaded(const Vector3d& point, const Vector3d& normal) const {
   const Ray ray{point + 2e-3 * normal, scene_.light.to_sun};
   Hit hit;
-  const ShadowGrid::Range still = index_.shadows.Candidates(point);
-  for (const int32_t* k = still.begin; k != still.end; ++k) {
-    if (Intersect(scene_.scenery[*k], ray, 1e-3, &hit)) return true;
-  }
-  const ShadowGrid::Range moving = movable_shadows_.Candidates(point);
-  for (const int32_t* k = moving.begin; k != moving.end; ++k) {
-    if (Intersect(movable_[*k], ray, 1e-3, &hit)) return true;
+  const Eigen::Vector2d place = ShadowPlace(point, scene_.light.to_sun);
+  for (const CandidateLists* shadows : {&index_.shadows, &movable_shadows_}) {
+    for (const Candidate& candidate : shadows->At(place)) {
+      if (Intersect(primitives_[candidate.primitive], ray, 1e-3, &hit)) return true;
+    }
   }
   return false;
 }
@@ -180,29 +168,25 @@ Color RayCaster::Light(const Vector3d& point, const Vector3d& normal, bool* lit)
   return sum;
 }
 
-Hit RayCaster::Trace(const Ray& ray, double x, double y) const {
-  if (scene_.intrinsics.radial != 0.0) {
-    const Eigen::Vector2d u = scene_.intrinsics.Undistort(x, y);
-    x = pinhole_.intrinsics.focal_pixels * u.x() + pinhole_.intrinsics.centre_x;
-    y = pinhole_.intrinsics.focal_pixels * u.y() + pinhole_.intrinsics.centre_y;
-  }
-  const int column =
-      std::clamp(static_cast<int>(std::lround(x)), 0, pinhole_.width - 1) / TileVisibility::kTile;
-  const int row =
-      std::clamp(static_cast<int>(std::lround(y)), 0, pinhole_.height - 1) / TileVisibility::kTile;
-  const int tile = row * visibility_.columns() + column;
+Hit RayCaster::Trace(const Ray& ray, const Eigen::Vector2d& u) const {
+  const Eigen::Vector2d pixel = pinhole_.intrinsics.Project(u.homogeneous());
+  const auto nearest = [](double at, int count) {
+    return static_cast<double>(std::clamp<int64_t>(std::lround(at), 0, count - 1));
+  };
   Hit hit;
   if (ray.direction.z() < 0.0) hit.t = -ray.origin.z() / ray.direction.z();
-  for (auto* entry = visibility_.begin(tile); entry != visibility_.end(tile); ++entry) {
-    if (entry->depth >= hit.t) break;
-    if (Intersect(At(entry->primitive), ray, 1e-3, &hit)) hit.primitive = entry->primitive;
+  for (const Candidate& candidate :
+       view_.At({nearest(pixel.x(), pinhole_.width), nearest(pixel.y(), pinhole_.height)})) {
+    if (candidate.depth >= hit.t) break;
+    if (Intersect(primitives_[candidate.primitive], ray, 1e-3, &hit))
+      hit.primitive = candidate.primitive;
   }
   return hit;
 }
 
 Vector3d RayCaster::NormalAt(const Hit& hit, const Ray& ray) const {
   if (hit.primitive < 0) return Vector3d::UnitZ();
-  const Vector3d normal = At(hit.primitive).rotation * hit.local_normal;
+  const Vector3d normal = primitives_[hit.primitive].rotation * hit.local_normal;
   return normal.dot(ray.direction) > 0.0 ? -normal : normal;  // the inside of a tree's crown
 }
 
@@ -214,9 +198,10 @@ SurfaceColor RayCaster::Texture(const Hit& hit, const Ray& ray, const Vector3d& 
   const double root = std::sqrt(slope);
   const float footprint = static_cast<float>(
       pixel_share * hit.t / (scene_.intrinsics.focal_pixels * (root * std::sqrt(std::sqrt(root)))));
-  if (hit.primitive >= 0) return SurfaceAt(At(hit.primitive), hit, footprint, scene_.texture);
+  if (hit.primitive >= 0)
+    return SurfaceAt(primitives_[hit.primitive], hit, footprint, scene_.texture);
   const Vector3d point = ray.origin + hit.t * ray.direction;
-  return {GroundAlbedo(scene_.ground, point.head<2>(), footprint), Color::Zero()};
+  return GroundAlbedo(scene_.ground, point.head<2>(), footprint);
 }
 
 Color RayCaster::ThroughHaze(const Color& radiance, double depth) const {
@@ -226,13 +211,14 @@ Color RayCaster::ThroughHaze(const Color& radiance, double depth) const {
 }
 
 Sample RayCaster::Cast(double x, double y) const {
-  const Ray ray{pose_.centre, RayDirection(x, y)};
+  const Eigen::Vector2d u = scene_.intrinsics.Undistort(x, y);
+  const Ray ray{pose_.centre, pose_.rotation * u.homogeneous()};
   Sample sample;
-  sample.hit = Trace(ray, x, y);
+  sample.hit = Trace(ray, u);
   if (std::isinf(sample.depth())) return sample;
   const Vector3d normal = NormalAt(sample.hit, ray);
   sample.light = Light(ray.origin + sample.hit.t * ray.direction, normal, &sample.lit);
-  if (sample.hit.primitive >= 0) sample.object = At(sample.hit.primitive).object;
+  if (sample.hit.primitive >= 0) sample.object = primitives_[sample.hit.primitive].object;
   return sample;
 }
 
@@ -255,7 +241,7 @@ Color RayCaster::RadianceInside(double x, double y, const Sample& sample) const 
     if (hit.primitive < 0) {
       if (!(ray.direction.z() < 0.0)) continue;
       hit.t = -ray.origin.z() / ray.direction.z();
-    } else if (!Intersect(At(hit.primitive), ray, 1e-3, &hit)) {
+    } else if (!Intersect(primitives_[hit.primitive], ray, 1e-3, &hit)) {
       continue;
     }
     const SurfaceColor surface = Texture(hit, ray, NormalAt(hit, ray), 0.7);

@@ -15,18 +15,16 @@
 #include <vector>
 
 #include "vision/synthetic/scene.h"
-#include "vision/synthetic/shadow_grid.h"
 #include "vision/synthetic/surface.h"
 #include "vision/synthetic/visibility.h"
 
 namespace egosieve::vision {
 
-// Data that are constant over a drive, built once: bounds and shadows of the scenery.
-class SceneIndex {
- public:
+// What is constant over a drive, built once: bounds and shadows of the scenery.
+struct SceneIndex {
   explicit SceneIndex(const Scene& scene);
   std::vector<Eigen::AlignedBox3d> bounds;
-  ShadowGrid shadows;
+  CandidateLists shadows;
 };
 
 // The point that a ray meets, and the light there.
@@ -48,13 +46,6 @@ struct Sample {
 inline constexpr double kSubpixels[4][2] = {
     {-0.375, -0.125}, {0.125, -0.375}, {0.375, 0.125}, {-0.125, 0.375}};
 
-// The picture without distortion: a pinhole image that contains every pixel's ray.
-struct PinholeView {
-  Intrinsics intrinsics;
-  int width = 0;
-  int height = 0;
-};
-
 class RayCaster {
  public:
   // `scene` and `index` must outlive the caster.
@@ -75,8 +66,8 @@ class RayCaster {
 
  private:
   Eigen::Vector3d RayDirection(double x, double y) const;
-  const Primitive& At(int index) const;
-  Hit Trace(const Ray& ray, double x, double y) const;
+  // u: of the pixel without distortion (Intrinsics::Undistort).
+  Hit Trace(const Ray& ray, const Eigen::Vector2d& u) const;
   Eigen::Vector3d NormalAt(const Hit& hit, const Ray& ray) const;
   // `pixel_share`: share of the pixel's width that one ray represents.
   SurfaceColor Texture(const Hit& hit, const Ray& ray, const Eigen::Vector3d& normal,
@@ -92,10 +83,10 @@ class RayCaster {
   double seconds_;
   PinholeView pinhole_;
   Pose pose_;
-  std::vector<Primitive> movable_;
-  std::vector<Eigen::AlignedBox3d> movable_bounds_;
-  ShadowGrid movable_shadows_;
-  TileVisibility visibility_;
+  std::vector<Primitive> primitives_;  // scenery, then what can move
+  std::vector<Eigen::AlignedBox3d> bounds_;
+  CandidateLists movable_shadows_;
+  CandidateLists view_;
   std::vector<Eigen::Vector3d> near_lamps_;
 };
 

@@ -8,18 +8,12 @@
 
 #include "vision/synthetic/camera.h"
 #include "vision/synthetic/drive.h"
-#include "vision/synthetic/ground.h"
 #include "vision/synthetic/models.h"
 #include "vision/synthetic/own_vehicle.h"
 #include "vision/synthetic/primitive.h"
+#include "vision/synthetic/surface.h"
 
 namespace egosieve::vision {
-
-struct SceneObject {
-  ModelLook look;
-  Drive drive;
-  double ground_metres = 0.0;  // height of the ground below it
-};
 
 struct LightSettings {
   Eigen::Vector3d to_sun = Eigen::Vector3d(0.35, -0.5, 0.79);  // unit
@@ -47,6 +41,7 @@ struct Scene {
   Intrinsics intrinsics;
   GroundStyle ground;
   float texture = 1.0f;  // contrast of walls and pavements
+  double lowest_house_metres = 8.0, highest_house_metres = 24.0;
   LightSettings light;
   SensorSettings sensor;
   OwnVehicleStyle own_vehicle;

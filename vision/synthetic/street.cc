@@ -15,7 +15,6 @@
 #include "vision/synthetic/noise.h"
 #include "vision/synthetic/own_vehicle.h"
 #include "vision/synthetic/ray_caster.h"
-#include "vision/synthetic/scenario_catalogue.h"
 #include "vision/synthetic/scene.h"
 
 namespace egosieve::vision {
@@ -65,30 +64,20 @@ cv::Vec3f Blurred(const cv::Mat& radiance, const cv::Mat& motion, int x, int y) 
   return sum * (1.0f / static_cast<float>(samples));
 }
 
-// (SE1) of the whole picture, then the lens's spread (SE2).
-cv::Mat Optics(const cv::Mat& radiance, const cv::Mat& motion, int threads) {
-  cv::Mat moved = radiance;
-  if (!motion.empty()) {
-    moved = cv::Mat(radiance.size(), CV_32FC3);
-    kernels::ParallelFor(radiance.rows, {.threads = threads}, [&](int y) {
-      for (int x = 0; x < radiance.cols; ++x)
-        moved.at<cv::Vec3f>(y, x) = Blurred(radiance, motion, x, y);
-    });
-  }
-  constexpr float kSide = 0.11f;  // of the energy, in the pixels above, below, left and right
-  cv::Mat spread(radiance.size(), CV_32FC3);
-  kernels::ParallelFor(radiance.rows, {.threads = threads}, [&](int y) {
-    const auto* above = moved.ptr<cv::Vec3f>(std::max(y - 1, 0));
-    const auto* here = moved.ptr<cv::Vec3f>(y);
-    const auto* below = moved.ptr<cv::Vec3f>(std::min(y + 1, moved.rows - 1));
-    auto* out = spread.ptr<cv::Vec3f>(y);
-    for (int x = 0; x < moved.cols; ++x) {
-      const cv::Vec3f& left = here[std::max(x - 1, 0)];
-      const cv::Vec3f& right = here[std::min(x + 1, moved.cols - 1)];
-      out[x] = here[x] * (1.0f - 4.0f * kSide) + (above[x] + below[x] + left + right) * kSide;
-    }
+template <typename Body>
+void ForEachPixel(cv::Size size, int threads, const Body& body) {
+  kernels::ParallelFor(size.height, {.threads = threads}, [&](int y) {
+    for (int x = 0; x < size.width; ++x) body(x, y);
   });
-  return spread;
+}
+
+cv::Vec3f Spread(const cv::Mat& light, int x, int y) {  // (SE2)
+  constexpr float kSide = 0.11f;  // of the energy, in the pixels above, below, left and right
+  const auto at = [&](int row, int column) { return light.at<cv::Vec3f>(row, column); };
+  const int up = std::max(y - 1, 0), down = std::min(y + 1, light.rows - 1);
+  const int left = std::max(x - 1, 0), right = std::min(x + 1, light.cols - 1);
+  return at(y, x) * (1.0f - 4.0f * kSide) +
+         (at(up, x) + at(down, x) + at(y, left) + at(y, right)) * kSide;
 }
 
 // radiance: CV_32FC3, red, green, blue. motion: CV_32FC2, displacement in pixels while the shutter
@@ -96,21 +85,26 @@ cv::Mat Optics(const cv::Mat& radiance, const cv::Mat& motion, int threads) {
 cv::Mat Expose(const cv::Mat& radiance, const cv::Mat& motion, const SensorSettings& settings,
                double gain, uint32_t seed, int threads) {
   static const auto* const curve = new std::vector<float>(ResponseCurve());
-  const cv::Mat light = Optics(radiance, motion, threads);
+  cv::Mat moved = radiance;
+  if (!motion.empty()) {
+    moved = cv::Mat(radiance.size(), CV_32FC3);
+    ForEachPixel(radiance.size(), threads, [&](int x, int y) {
+      moved.at<cv::Vec3f>(y, x) = Blurred(radiance, motion, x, y);
+    });
+  }
   cv::Mat image(radiance.size(), CV_8UC3);
   const float read = static_cast<float>(settings.read_noise * settings.read_noise);
   const float shot = static_cast<float>(settings.shot_noise * settings.shot_noise);
-  kernels::ParallelFor(radiance.rows, {.threads = threads}, [&](int y) {
-    for (int x = 0; x < radiance.cols; ++x) {
-      const uint32_t pixel = Hash(seed, x, y);
-      auto& out = image.at<cv::Vec3b>(y, x);
-      for (int c = 0; c < 3; ++c) {
-        float e = static_cast<float>(gain) * light.at<cv::Vec3f>(y, x)[c];
-        e += std::sqrt(read + shot * e) *
-             PseudoGaussian(Hash(pixel + static_cast<uint32_t>(c)));  // (SE3)
-        const float place = std::clamp(e * (kCurveEntries / kCurveEnd), 0.0f, kCurveEntries - 1.0f);
-        out[2 - c] = cv::saturate_cast<uchar>((*curve)[static_cast<size_t>(place)]);
-      }
+  ForEachPixel(radiance.size(), threads, [&](int x, int y) {
+    const uint32_t pixel = Hash(seed, x, y);
+    const cv::Vec3f light = Spread(moved, x, y);
+    for (int c = 0; c < 3; ++c) {
+      float e = static_cast<float>(gain) * light[c];
+      e += std::sqrt(read + shot * e) *
+           PseudoGaussian(Hash(pixel + static_cast<uint32_t>(c)));  // (SE3)
+      const float place = std::clamp(e * (kCurveEntries / kCurveEnd), 0.0f, kCurveEntries - 1.0f);
+      image.at<cv::Vec3b>(y, x)[2 - c] =
+          cv::saturate_cast<uchar>((*curve)[static_cast<size_t>(place)]);
     }
   });
   return image;
@@ -141,22 +135,20 @@ Canvas Paint(const RayCaster& caster, const ScenarioOptions& options) {
   Canvas canvas;
   canvas.samples.resize(static_cast<size_t>(width) * height);
   canvas.radiance.create(height, width, CV_32FC3);
-  kernels::ParallelFor(height, {.threads = options.threads}, [&](int y) {
-    for (int x = 0; x < width; ++x)
-      canvas.samples[static_cast<size_t>(y) * width + x] = caster.Cast(x, y);
+  ForEachPixel({width, height}, options.threads, [&](int x, int y) {
+    canvas.samples[static_cast<size_t>(y) * width + x] = caster.Cast(x, y);
   });
-  kernels::ParallelFor(height, {.threads = options.threads}, [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      Color color = Color::Zero();
-      if (IsEdge(canvas, x, y)) {
-        // Bright lamps are clipped; otherwise their edges could not be smoothed.
-        for (const auto& offset : kSubpixels)
-          color += 0.25f * caster.Radiance(x + offset[0], y + offset[1]).min(4.0f);
-      } else {
-        color = caster.RadianceInside(x, y, canvas.at(x, y));
+  ForEachPixel({width, height}, options.threads, [&](int x, int y) {
+    Color color = Color::Zero();
+    if (IsEdge(canvas, x, y)) {
+      // Bright lamps are clipped; otherwise their edges could not be smoothed.
+      for (const auto& offset : kSubpixels) {
+        color += 0.25f * caster.Radiance(x + offset[0], y + offset[1]).min(4.0f);
       }
-      canvas.radiance.at<cv::Vec3f>(y, x) = {color[0], color[1], color[2]};
+    } else {
+      color = caster.RadianceInside(x, y, canvas.at(x, y));
     }
+    canvas.radiance.at<cv::Vec3f>(y, x) = {color[0], color[1], color[2]};
   });
   return canvas;
 }
@@ -179,18 +171,15 @@ cv::Mat ShutterMotion(const Scene& scene, const RayCaster& caster, const Canvas&
     shift[k] = {half * v.x(), half * v.y(), 0.0};
   }
   cv::Mat motion(canvas.radiance.size(), CV_32FC2);
-  kernels::ParallelFor(motion.rows, {.threads = threads}, [&](int y) {
-    for (int x = 0; x < motion.cols; ++x) {
-      const double depth = canvas.at(x, y).depth();
-      const bool sky = std::isinf(depth);
-      const Eigen::Vector3d point = caster.PointAt(x, y, depth);
-      const int object = canvas.at(x, y).object;
-      const Eigen::Vector3d step = object < 0 ? Eigen::Vector3d::Zero().eval() : shift[object];
-      const Eigen::Vector2d from = Project(scene.intrinsics, before, point - step, sky);
-      const Eigen::Vector2d to = Project(scene.intrinsics, after, point + step, sky);
-      motion.at<cv::Vec2f>(y, x) = {static_cast<float>(to.x() - from.x()),
-                                    static_cast<float>(to.y() - from.y())};
-    }
+  ForEachPixel(motion.size(), threads, [&](int x, int y) {
+    const double depth = canvas.at(x, y).depth();
+    const bool sky = std::isinf(depth);
+    const Eigen::Vector3d point = caster.PointAt(x, y, depth);
+    const int object = canvas.at(x, y).object;
+    const Eigen::Vector3d step = object < 0 ? Eigen::Vector3d::Zero().eval() : shift[object];
+    const Eigen::Vector2d path = Project(scene.intrinsics, after, point + step, sky) -
+                                 Project(scene.intrinsics, before, point - step, sky);
+    motion.at<cv::Vec2f>(y, x) = {static_cast<float>(path.x()), static_cast<float>(path.y())};
   });
   return motion;
 }
@@ -221,7 +210,7 @@ ObjectState DescribeObject(const Scene& scene, int index, const Pose& pose, doub
   const DriveState drive = object.drive.At(seconds);
   ObjectState state;
   state.id = index + 1;
-  state.object_class = object.look.object_class;
+  state.object_class = object.object_class;
   state.moving = drive.speed > kMovingMetresPerSecond;
   state.position << drive.pose.position, object.ground_metres;
   state.heading_radians = drive.pose.heading_radians;
@@ -265,52 +254,40 @@ void FillTruth(const Scene& scene, const Canvas& canvas, SyntheticFrame* frame) 
 }  // namespace
 
 absl::Status ScenarioOptions::Validate() const {
-  const auto in_range = [](const char* field, double value, double low, double high) {
-    if (value >= low && value <= high) return absl::OkStatus();
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%s = %g; it must be from %g to %g", field, value, low, high));
-  };
-  const absl::Status checks[] = {in_range("width_pixels", width_pixels, 16, 8192),
-                                 in_range("height_pixels", height_pixels, 16, 8192),
-                                 in_range("frames", frames, 1, 100000),
-                                 in_range("frames_per_second", frames_per_second, 1, 1000),
-                                 in_range("field_of_view_degrees", field_of_view_degrees, 10, 150),
-                                 in_range("radial", radial, -0.5, 0.5),
-                                 in_range("exposure_swing", exposure_swing, 0, 2),
-                                 in_range("threads", threads, 1, 256)};
-  for (const absl::Status& check : checks) {
-    if (!check.ok()) return check;
+  const struct {
+    const char* name;
+    double value, low, high;
+  } fields[] = {{"width_pixels", 1.0 * width_pixels, 16, 8192},
+                {"height_pixels", 1.0 * height_pixels, 16, 8192},
+                {"frames", 1.0 * frames, 1, 100000},
+                {"frames_per_second", frames_per_second, 1, 1000},
+                {"field_of_view_degrees", field_of_view_degrees, 10, 150},
+                {"radial", radial, -0.5, 0.5},
+                {"exposure_swing", exposure_swing, 0, 2},
+                {"threads", 1.0 * threads, 1, 256}};
+  for (const auto& field : fields) {
+    if (field.value >= field.low && field.value <= field.high) continue;
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "%s = %g; it must be from %g to %g", field.name, field.value, field.low, field.high));
   }
   return absl::OkStatus();
 }
 
 const char* RelationName(Relation relation) {
-  switch (relation) {
-    case Relation::kStanding:
-      return "standing";
-    case Relation::kAhead:
-      return "ahead";
-    case Relation::kOncoming:
-      return "oncoming";
-    case Relation::kCrossing:
-      return "crossing";
-  }
-  return "";
+  static constexpr const char* kNames[] = {"standing", "ahead", "oncoming", "crossing"};
+  return kNames[static_cast<int>(relation)];
 }
 
 Scenario::Scenario(std::string name, uint64_t seed, const ScenarioOptions& options, Scene scene)
     : name_(std::move(name)),
       seed_(seed),
       options_(options),
-      scene_(std::make_unique<Scene>(std::move(scene))),
-      index_(std::make_unique<SceneIndex>(*scene_)) {
+      scene_(std::make_shared<Scene>(std::move(scene))),
+      index_(std::make_shared<SceneIndex>(*scene_)) {
   if (!scene_->own_vehicle.visible) return;
-  own_vehicle_ = std::make_unique<OwnVehicle>(
+  own_vehicle_ = std::make_shared<OwnVehicle>(
       scene_->own_vehicle, cv::Size(options.width_pixels, options.height_pixels));
 }
-Scenario::~Scenario() = default;
-Scenario::Scenario(Scenario&&) noexcept = default;
-Scenario& Scenario::operator=(Scenario&&) noexcept = default;
 
 Pose Scenario::PoseAt(int frame) const {
   return scene_->camera.At(frame / options_.frames_per_second);
@@ -355,13 +332,14 @@ absl::StatusOr<Scenario> MakeScenario(std::string_view name, uint64_t seed,
                                       const ScenarioOptions& options) {
   const absl::Status valid = options.Validate();
   if (!valid.ok()) return valid;
-  const SceneRecipe* recipe = FindRecipe(name);
-  if (recipe == nullptr) {
+  const auto scenario = std::find_if(Scenarios().begin(), Scenarios().end(),
+                                     [&](const auto& each) { return each.name == name; });
+  if (scenario == Scenarios().end()) {
     return absl::NotFoundError(absl::StrFormat("no scenario is called \"%s\"; there are: %s",
                                                std::string(name),
                                                absl::StrJoin(ScenarioNames(), ", ")));
   }
-  Scene scene = BuildScene(*recipe, seed, options.frames / options.frames_per_second);
+  Scene scene = BuildScene(*scenario, seed, options.frames / options.frames_per_second);
   scene.intrinsics.focal_pixels =
       0.5 * options.width_pixels / std::tan(options.field_of_view_degrees * M_PI / 360.0);
   scene.intrinsics.centre_x = 0.5 * (options.width_pixels - 1);
@@ -381,16 +359,6 @@ absl::StatusOr<Scenario> MakeScenario(std::string_view name, uint64_t seed,
         std::string(name), options.frames, scene.objects.size()));
   }
   return Scenario(std::string(name), seed, options, std::move(scene));
-}
-
-const std::vector<ScenarioDescription>& Scenarios() {
-  static const auto* const list = [] {
-    auto* descriptions = new std::vector<ScenarioDescription>;
-    for (const SceneRecipe& recipe : Recipes())
-      descriptions->push_back({recipe.name, recipe.summary});
-    return descriptions;
-  }();
-  return *list;
 }
 
 }  // namespace egosieve::vision

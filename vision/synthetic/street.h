@@ -26,7 +26,7 @@
 
 namespace egosieve::vision {
 
-class SceneIndex;
+struct SceneIndex;
 
 struct ScenarioOptions {
   int width_pixels = 640;
@@ -88,9 +88,6 @@ struct SyntheticFrame {
 class Scenario {
  public:
   Scenario(std::string name, uint64_t seed, const ScenarioOptions& options, Scene scene);
-  ~Scenario();
-  Scenario(Scenario&&) noexcept;
-  Scenario& operator=(Scenario&&) noexcept;
 
   const std::string& name() const { return name_; }
   uint64_t seed() const { return seed_; }
@@ -106,19 +103,24 @@ class Scenario {
   std::string name_;
   uint64_t seed_;
   ScenarioOptions options_;
-  std::unique_ptr<const Scene> scene_;
-  std::unique_ptr<const SceneIndex> index_;
-  std::unique_ptr<const OwnVehicle> own_vehicle_;  // null: not in view
+  std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<const SceneIndex> index_;
+  std::shared_ptr<const OwnVehicle> own_vehicle_;  // null: not in view
 };
+
+class SceneBuilder;  // scenario_catalogue.cc
 
 struct ScenarioDescription {
   std::string_view name;
   std::string_view summary;  // one line
+  void (*build)(SceneBuilder& scene);
 };
 
 // All scenarios, in the order for listings.
 const std::vector<ScenarioDescription>& Scenarios();
 std::vector<std::string> ScenarioNames();
+
+Scene BuildScene(const ScenarioDescription& scenario, uint64_t seed, double duration_seconds);
 
 // NotFound, with a list of the names, for an unknown name.
 absl::StatusOr<Scenario> MakeScenario(std::string_view name, uint64_t seed,

@@ -1,23 +1,22 @@
 #include "vision/synthetic/visibility.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <utility>
 
 namespace egosieve::vision {
 namespace {
 
 constexpr double kNear = 0.05;  // metres; no object is nearer
-
-struct Footprint {
-  int x0, x1, y0, y1;  // tiles
-  float depth;
-  int32_t primitive;
-};
+constexpr double kFarMetres = 320.0;
+constexpr double kViewCellPixels = 16.0;
+constexpr double kShadowCellMetres = 3.0;
 
 // The image of a box, clipped at the near plane. False if the box is behind, beyond or beside the
 // view.
 bool ProjectBox(const Eigen::AlignedBox3d& box, const Intrinsics& intrinsics, const Pose& pose,
-                double far_metres, Eigen::AlignedBox2d* image, double* depth) {
+                Eigen::AlignedBox2d* image, double* depth) {
   Eigen::Vector3d corners[8];
   double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
   for (int k = 0; k < 8; ++k) {
@@ -26,23 +25,18 @@ bool ProjectBox(const Eigen::AlignedBox3d& box, const Intrinsics& intrinsics, co
     nearest = std::min(nearest, corners[k].z());
     farthest = std::max(farthest, corners[k].z());
   }
-  if (!(farthest > kNear) || nearest > far_metres) return false;
+  if (!(farthest > kNear) || nearest > kFarMetres) return false;
   *depth = std::max(nearest, 0.0);
   image->setEmpty();
-  const auto extend = [&](const Eigen::Vector3d& p) {
-    const Eigen::Vector2d ray(p.x() / p.z(), p.y() / p.z());
-    image->extend(intrinsics.focal_pixels * ray +
-                  Eigen::Vector2d(intrinsics.centre_x, intrinsics.centre_y));
-  };
   for (int k = 0; k < 8; ++k) {
-    if (corners[k].z() >= kNear) extend(corners[k]);
+    if (corners[k].z() >= kNear) image->extend(intrinsics.Project(corners[k]));
     for (const int bit : {1, 2, 4}) {  // the box's edges that cross the near plane
       const int other = k ^ bit;
       if (other < k || (corners[k].z() < kNear) == (corners[other].z() < kNear)) continue;
       const double t = (kNear - corners[k].z()) / (corners[other].z() - corners[k].z());
       Eigen::Vector3d crossing = corners[k] + t * (corners[other] - corners[k]);
       crossing.z() = kNear;
-      extend(crossing);
+      image->extend(intrinsics.Project(crossing));
     }
   }
   return true;
@@ -50,47 +44,69 @@ bool ProjectBox(const Eigen::AlignedBox3d& box, const Intrinsics& intrinsics, co
 
 }  // namespace
 
-TileVisibility::TileVisibility(const std::vector<Eigen::AlignedBox3d>& scenery,
-                               const std::vector<Eigen::AlignedBox3d>& movable,
-                               const Intrinsics& intrinsics, const Pose& pose, int width,
-                               int height, double far_metres)
-    : tiles_(CellsOfPixels({width, height}, kTile)) {
-  std::vector<Footprint> footprints;
-  starts_.assign(tiles_.size() + 1, 0);
-  const size_t count = scenery.size() + movable.size();
-  for (size_t k = 0; k < count; ++k) {
-    const Eigen::AlignedBox3d& box = k < scenery.size() ? scenery[k] : movable[k - scenery.size()];
+CandidateLists::CandidateLists(const Eigen::AlignedBox2d& area, double cell)
+    : area_(area),
+      cell_(cell),
+      columns_(static_cast<int>(std::ceil(area.sizes().x() / cell))),
+      rows_(static_cast<int>(std::ceil(area.sizes().y() / cell))),
+      lists_(static_cast<size_t>(columns_) * rows_) {}
+
+void CandidateLists::Add(const Eigen::AlignedBox2d& footprint, const Candidate& candidate) {
+  const Eigen::Vector2d low = (footprint.min() - area_.min()) / cell_;
+  const Eigen::Vector2d high = (footprint.max() - area_.min()) / cell_;
+  const int x1 = std::min(columns_ - 1, static_cast<int>(std::floor(high.x())));
+  const int y1 = std::min(rows_ - 1, static_cast<int>(std::floor(high.y())));
+  for (int y = std::max(0, static_cast<int>(std::floor(low.y()))); y <= y1; ++y) {
+    for (int x = std::max(0, static_cast<int>(std::floor(low.x()))); x <= x1; ++x) {
+      lists_[static_cast<size_t>(y) * columns_ + x].push_back(candidate);
+    }
+  }
+}
+
+const std::vector<Candidate>& CandidateLists::At(const Eigen::Vector2d& place) const {
+  const Eigen::Vector2d q = (place - area_.min()) / cell_;
+  if (!(q.x() >= 0.0 && q.y() >= 0.0 && q.x() < columns_ && q.y() < rows_)) return none_;
+  return lists_[static_cast<size_t>(q.y()) * columns_ + static_cast<size_t>(q.x())];
+}
+
+CandidateLists ListView(const std::vector<Eigen::AlignedBox3d>& bounds, const PinholeView& view,
+                        const Pose& pose) {
+  std::vector<std::pair<Candidate, Eigen::AlignedBox2d>> seen;
+  for (size_t k = 0; k < bounds.size(); ++k) {
     Eigen::AlignedBox2d image;
     double depth;
-    if (!ProjectBox(box, intrinsics, pose, far_metres, &image, &depth)) continue;
+    if (!ProjectBox(bounds[k], view.intrinsics, pose, &image, &depth)) continue;
+    seen.push_back({{static_cast<int32_t>(k), static_cast<float>(depth) * 0.99999f}, image});
+  }
+  std::stable_sort(seen.begin(), seen.end(),
+                   [](const auto& a, const auto& b) { return a.first.depth < b.first.depth; });
+  CandidateLists lists({Eigen::Vector2d::Zero(), Eigen::Vector2d(view.width, view.height)},
+                       kViewCellPixels);
+  for (auto& [candidate, image] : seen) {
     // One pixel of margin for the rays between pixels, which smooth edges.
-    const double x0 = image.min().x() - 1.0, x1 = image.max().x() + 1.0;
-    const double y0 = image.min().y() - 1.0, y1 = image.max().y() + 1.0;
-    if (x1 < 0.0 || y1 < 0.0 || x0 > width - 1 || y0 > height - 1) continue;
-    const Footprint f{tiles_.ColumnOf(x0),
-                      tiles_.ColumnOf(x1),
-                      tiles_.RowOf(y0),
-                      tiles_.RowOf(y1),
-                      static_cast<float>(depth) * 0.99999f,
-                      static_cast<int32_t>(k)};
-    footprints.push_back(f);
-    for (int y = f.y0; y <= f.y1; ++y) {
-      for (int x = f.x0; x <= f.x1; ++x) ++starts_[tiles_.Index(y, x) + 1];
-    }
+    image.min().array() -= 1.0;
+    image.max().array() += 1.0;
+    lists.Add(image, candidate);
   }
-  for (size_t k = 1; k < starts_.size(); ++k) starts_[k] += starts_[k - 1];
-  entries_.resize(starts_.back());
-  std::sort(footprints.begin(), footprints.end(), [](const Footprint& a, const Footprint& b) {
-    return a.depth != b.depth ? a.depth < b.depth : a.primitive < b.primitive;
-  });
-  std::vector<int32_t> next(starts_.begin(), starts_.end() - 1);
-  for (const Footprint& f : footprints) {
-    for (int y = f.y0; y <= f.y1; ++y) {
-      for (int x = f.x0; x <= f.x1; ++x) {
-        entries_[next[tiles_.Index(y, x)]++] = {f.depth, f.primitive};
-      }
+  return lists;
+}
+
+Eigen::Vector2d ShadowPlace(const Eigen::Vector3d& point, const Eigen::Vector3d& to_sun) {
+  return point.head<2>() - to_sun.head<2>() * (point.z() / to_sun.z());
+}
+
+CandidateLists ListShadows(const std::vector<Eigen::AlignedBox3d>& bounds, size_t first,
+                           const Eigen::Vector3d& to_sun, const Eigen::AlignedBox2d& area) {
+  CandidateLists lists(area, kShadowCellMetres);
+  for (size_t k = first; k < bounds.size(); ++k) {
+    Eigen::AlignedBox2d footprint;
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto type = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
+      footprint.extend(ShadowPlace(bounds[k].corner(type), to_sun));
     }
+    lists.Add(footprint, {static_cast<int32_t>(k)});
   }
+  return lists;
 }
 
 }  // namespace egosieve::vision

@@ -10,7 +10,7 @@
 #include "tests/testing/status.h"
 #include "tests/vision/frame/input_test.h"
 #include "vision/frame/stepped_frames.h"
-#include "vision/frame/written_video.h"
+#include "vision/frame/video_file.h"
 
 namespace egosieve::vision {
 namespace {

@@ -13,7 +13,6 @@
 #include "vision/frame/file_list.h"
 #include "vision/frame/frame_source.h"
 #include "vision/frame/image_decoding.h"
-#include "vision/frame/pixel_limit.h"
 
 namespace egosieve::vision {
 namespace {

@@ -15,8 +15,8 @@ extern "C" {
 
 #include "tests/testing/status.h"
 #include "tests/vision/frame/input_test.h"
+#include "vision/frame/av_input.h"
 #include "vision/frame/frame_source.h"
-#include "vision/frame/video_remarks.h"
 
 namespace egosieve::vision {
 namespace {

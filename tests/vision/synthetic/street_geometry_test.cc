@@ -51,7 +51,10 @@ Eigen::Matrix3d FundamentalMatrix(const Intrinsics& intrinsics, const Pose& firs
   const Eigen::Vector3d t = second.rotation.transpose() * (first.centre - second.centre);
   Eigen::Matrix3d cross;
   cross << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
-  const Eigen::Matrix3d k_inverse = intrinsics.Matrix().inverse();
+  Eigen::Matrix3d k;
+  k << intrinsics.focal_pixels, 0.0, intrinsics.centre_x, 0.0, intrinsics.focal_pixels,
+      intrinsics.centre_y, 0.0, 0.0, 1.0;
+  const Eigen::Matrix3d k_inverse = k.inverse();
   return k_inverse.transpose() * cross * second.rotation.transpose() * first.rotation * k_inverse;
 }
 
