@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <system_error>
 #include <variant>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/parallel_for.h"
@@ -15,6 +17,7 @@
 #include "tools/cli/exit_code.h"
 #include "tools/masks/stored_picture.h"
 #include "tools/masks/video_frames.h"
+#include "tools/refine/refine_run.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/segmented_pictures.h"
@@ -62,25 +65,40 @@ absl::Status CheckFolder(const std::string& flag, const std::string& path,
   return absl::OkStatus();
 }
 
-// Exists in --out from the beginning of an export to its end, with its settings: the same command
-// may write there again.
+// Exists in --out from the beginning of an export to its end: its settings, then what it is made
+// from. The same command may write there again, and continues it where the folders were empty.
 std::string MarkPath(const MaskExportOptions& options) { return options.out + "/.egosieve_masks"; }
 
 std::string Settings(const MaskExportOptions& options, const RunDescription::Input& input) {
   const FrameMaskOptions& mask = options.mask;
   return absl::StrFormat(
       "format=%d threshold=%g dilate=%d shadow=%d own_vehicle=%d invert=%d also=%s video=%s "
-      "frames=%s input=%s",
+      "frames=%s input=%s\n",
       static_cast<int>(options.format), mask.threshold.value_or(-1.0), mask.dilate_pixels,
       mask.shadow_margin_pixels, mask.own_vehicle ? 1 : 0, options.invert ? 1 : 0, options.also,
       options.video, options.frames, input.fingerprint);
 }
 
+// What the masks are made from.
+absl::StatusOr<std::string> RunText(const RunFolder& run) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, run.ReadDescription());
+  const auto refined =
+      nlohmann::json::parse(ReadFile(run.File(kRefineState)).value_or(""), nullptr, false);
+  return absl::StrCat(description.started_utc, " ", description.finished_utc, " ",
+                      refined.is_object() ? refined.value("options", "") : "");
+}
+
+bool IsEmpty(const std::string& folder) {
+  std::error_code error;
+  return folder.empty() || !fs::exists(folder, error) || fs::is_empty(folder, error);
+}
+
 // Checks --out, --frames and the run folder against the input.
 absl::Status CheckFolders(const DriveInput& input, const std::string& run,
                           const MaskExportOptions& options) {
-  const bool may_hold = options.overwrite || ReadFile(MarkPath(options)).value_or("") ==
-                                                 Settings(options, input.description);
+  const bool may_hold =
+      options.overwrite || absl::StartsWith(ReadFile(MarkPath(options)).value_or(""),
+                                            Settings(options, input.description));
   const std::set<std::string> folders = PictureFolders(input);
   std::set<std::string> sources = folders;
   sources.insert(run);
@@ -222,6 +240,26 @@ absl::Status MaskExport::CheckNumbers(
   return absl::OkStatus();
 }
 
+bool MaskExport::IsWritten(int64_t index) const {
+  // These are of all frames, or depend on files that may have changed.
+  const bool needs_all = !options_.also.empty() || options_.format == MaskFormat::kCoco ||
+                         options_.format == MaskFormat::kMots;
+  if (needs_all || !continues_) return false;
+  const std::vector<std::string> targets = Targets(index);
+  return std::all_of(targets.begin(), targets.end(), [](const std::string& target) {
+    std::error_code error;
+    return fs::is_regular_file(target, error);
+  });
+}
+
+absl::Status MaskExport::Mark(const RunFolder& folder) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string run, RunText(folder));
+  const std::string mark = Settings(options_, input_.description) + run;
+  continues_ = ReadFile(MarkPath(options_)).value_or("") == mark;
+  const bool is_of_this = continues_ || (IsEmpty(options_.out) && IsEmpty(options_.frames));
+  return WriteFileAtomically(MarkPath(options_), is_of_this ? mark : mark + " among others");
+}
+
 absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
                              const std::function<bool()>& after_frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(options_.mask.ignored, folder.ReadIgnoredArea());
@@ -230,15 +268,18 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options_.out));
   target_folders_.insert(options_.out);
   for (const std::string& target : target_folders_) kernels::RemoveAbandonedTemporaries(target);
-  EGOSIEVE_RETURN_IF_ERROR(
-      WriteFileAtomically(MarkPath(options_), Settings(options_, input_.description)));
+  EGOSIEVE_RETURN_IF_ERROR(Mark(folder));
   std::set<std::string> named;
   for (const auto& [index, line] : chosen) {
     named.insert(ImageName(index));
-    EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line, index));
+    if (IsWritten(index)) {
+      ++written_;
+    } else {
+      EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line, index));
+    }
     if (!after_frame()) {
       return absl::CancelledError(absl::StrCat("interrupted; ", images(), " masks are in ",
-                                               options_.out, "; the same command makes all"));
+                                               options_.out, "; the same command goes on"));
     }
   }
   EGOSIEVE_RETURN_IF_ERROR(writer_.Finish());

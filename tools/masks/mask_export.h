@@ -44,8 +44,8 @@ class MaskExport {
   // Finds the pictures in the video. after_frame: as in video_frames.h.
   absl::Status FindPictures(vision::FrameSource& video, const std::function<bool()>& after_frame);
 
-  // after_frame: as in refine_run.h. OutOfRange, before anything is written, if the format lacks a
-  // mover's number.
+  // after_frame: as in refine_run.h. An interrupted call of the same options on the same run is
+  // continued. OutOfRange, before anything is written, if the format lacks a mover's number.
   absl::Status Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
                    const std::function<bool()>& after_frame);
 
@@ -72,6 +72,10 @@ class MaskExport {
   // Checks that the format has room for the movers' numbers.
   absl::Status CheckNumbers(const RunFolder& folder,
                             const std::vector<std::pair<int64_t, FrameLine>>& chosen) const;
+  // Whether an interrupted export has made the picture's files.
+  bool IsWritten(int64_t index) const;
+  // Notes in --out what is being made, and whether that was begun before.
+  absl::Status Mark(const RunFolder& folder);
   // Writes the mask of the run's frame `line` for picture `index` of the input.
   absl::Status WriteFrame(const RunFolder& folder, const FrameLine& line, int64_t index);
   // Pictures in the order of their masks, each with the line of its frame.
@@ -90,6 +94,7 @@ class MaskExport {
   std::optional<TransformsFile> transforms_;
   MaskWriter writer_;
   std::set<std::string> target_folders_;
+  bool continues_ = false;
   int64_t written_ = 0;
   std::vector<std::string> warnings_;
 };

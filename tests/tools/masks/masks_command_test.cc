@@ -94,36 +94,58 @@ TEST_F(MasksTest, SegmentsWhatIsNoRunYet) {
   EXPECT_TRUE(fs::exists(out_ + "/annotations.json"));
 }
 
-// The same command makes whole what was interrupted.
-TEST_F(MasksTest, IsMadeWholeWhereItWasInterrupted) {
+// What was interrupted goes on, by the same command, and what it had made stays as it is.
+TEST_F(MasksTest, GoesOnWhereItWasInterrupted) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
   const std::vector<std::string> words = {run.folder.path(), "--for=colmap", "--dilate=1"};
   ASSERT_THAT(Masks(words), Succeeds());
   const std::string whole = out_;
   EXPECT_FALSE(fs::exists(whole + "/.egosieve_masks"));
+  const auto interrupt = [&](const std::vector<std::string>& more, int frames) {
+    MasksFlags flags;
+    CLI::App app;
+    flags.AddFlags(app);
+    std::vector<std::string> all = {"--out=" + out_, "--progress=none"};
+    all.insert(all.end(), words.begin(), words.end());
+    all.insert(all.end(), more.begin(), more.end());
+    std::reverse(all.begin(), all.end());
+    app.parse(all);
+    EXPECT_TRUE(flags.Resolve().ok());
+    auto made = Value(
+        MaskExport::Prepare(*OpenDriveInput(run.frames, 0), run.folder.path(), flags.options));
+    const absl::Status status =
+        made.Run(run.folder, *run.folder.ReadLines(), [&] { return --frames > 0; });
+    EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
+    EXPECT_THAT(status.message(), HasSubstr("the same command goes on"));
+  };
   out_ = root_ + "/again";
-  MasksFlags flags;
-  CLI::App app;
-  flags.AddFlags(app);
-  std::vector<std::string> all = {"--progress=none", "--out=" + out_, words[2], words[1], words[0]};
-  app.parse(all);
-  EXPECT_TRUE(flags.Resolve().ok());
-  auto made =
-      Value(MaskExport::Prepare(*OpenDriveInput(run.frames, 0), run.folder.path(), flags.options));
-  int frames = 3;
-  const absl::Status status =
-      made.Run(run.folder, *run.folder.ReadLines(), [&] { return --frames > 0; });
-  EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
-  EXPECT_THAT(status.message(), HasSubstr("the same command makes all"));
-  EXPECT_TRUE(fs::exists(out_ + "/.egosieve_masks"));
+  interrupt({}, 3);
+  // No file that is whole is made again.
+  const std::string kept = out_ + "/000001.png.png";
+  ASSERT_TRUE(WriteFileAtomically(kept, "as it was").ok());
   EXPECT_THAT(Masks({words[0], words[1], "--dilate=2"}), Says(2, "is not empty"));
   EXPECT_THAT(Masks(words), Succeeds());
+  EXPECT_EQ(*ReadFile(kept), "as it was");
   for (int i = 0; i < 6; ++i) {
     const std::string name = absl::StrFormat("/%06d.png.png", i);
+    if (i == 1) continue;
     EXPECT_EQ(*ReadFile(out_ + name), *ReadFile(whole + name)) << name;
   }
   EXPECT_FALSE(fs::exists(out_ + "/.egosieve_masks"));
-  EXPECT_EQ(Masks(words).code, 2) << "it is whole";
+  EXPECT_EQ(Masks(words).code, 2) << "a whole export is not continued";
+  // Files of a former export are none of the interrupted one.
+  interrupt({"--overwrite"}, 1);
+  EXPECT_THAT(Masks(words), Succeeds());
+  EXPECT_EQ(*ReadFile(kept), *ReadFile(whole + "/000001.png.png"));
+  // Of a run that was made anew meanwhile.
+  fs::remove_all(out_);
+  interrupt({}, 3);
+  ASSERT_TRUE(WriteFileAtomically(kept, "of the former run").ok());
+  RunDescription description = run.description;
+  description.finished_utc = "2031-01-01T00:00:00Z";
+  ASSERT_TRUE(run.folder.WriteDescription(description).ok());
+  EXPECT_THAT(Masks(words), Succeeds());
+  EXPECT_EQ(*ReadFile(kept), *ReadFile(whole + "/000001.png.png"));
 }
 
 // Lists may name pictures anywhere: their masks lie in --out, and no picture is written over.
