@@ -8,7 +8,6 @@
 #include "absl/strings/str_cat.h"
 #include "vision/features/corner_detector.h"
 #include "vision/features/spread.h"
-#include "vision/paper/sift_describer.h"
 
 namespace egosieve::vision {
 namespace {
@@ -18,7 +17,9 @@ constexpr double kContrastThreshold = 0.01;  // of SIFT's extrema, image in [0, 
 constexpr float kCornerThreshold = 1e-5F;    // smallest eigenvalue, image in [0, 1]
 constexpr int kCornerBorder = 3;
 constexpr float kCornerSize = 8.0F;  // pixels, the diameter used to describe corners
-constexpr int kCellPixels = 24;      // of the grid by which features are spread
+// Their level, of octave 1 and layer 1 as cv::SIFT packs them: blurred by 4 pixels, the radius.
+constexpr int kCornerOctave = 1 + (1 << 8);
+constexpr int kCellPixels = 24;  // of the grid by which features are spread
 
 std::vector<cv::KeyPoint> Thin(const std::vector<cv::KeyPoint>& key_points, cv::Size size,
                                int64_t count) {
@@ -38,21 +39,14 @@ std::vector<cv::KeyPoint> Thin(const std::vector<cv::KeyPoint>& key_points, cv::
 std::vector<cv::KeyPoint> CornersAsKeyPoints(const cv::Mat& grey) {
   std::vector<cv::KeyPoint> key_points;
   for (const Corner& corner : DetectCorners(grey, kCornerThreshold, kCornerBorder)) {
-    key_points.emplace_back(corner.position, kCornerSize, 0.0F, corner.response);
+    key_points.emplace_back(corner.position, kCornerSize, 0.0F, corner.response, kCornerOctave);
   }
   return key_points;
 }
 
-void AppendPlaces(const std::vector<cv::KeyPoint>& key_points,
-                  std::vector<DescribedPlace>& places) {
-  for (const cv::KeyPoint& key_point : key_points) {
-    places.push_back({key_point.pt, 0.5F * key_point.size, key_point.angle});
-  }
-}
-
 }  // namespace
 
-absl::StatusOr<FeatureSet> ExtractFeatures(const cv::Mat& grey, int threads) {
+absl::StatusOr<FeatureSet> ExtractFeatures(const cv::Mat& grey) {
   if (grey.empty() || grey.type() != CV_8UC1) {
     return absl::InvalidArgumentError("features need a grey 8-bit image that is not empty");
   }
@@ -68,14 +62,13 @@ absl::StatusOr<FeatureSet> ExtractFeatures(const cv::Mat& grey, int threads) {
         std::min<int64_t>(static_cast<int64_t>(corners.size()), count - share);
     key_points = Thin(key_points, grey.size(), count - corner_count);
     corners = Thin(corners, grey.size(), count - static_cast<int64_t>(key_points.size()));
-    std::vector<DescribedPlace> places;
-    AppendPlaces(key_points, places);
-    AppendPlaces(corners, places);
-    for (const DescribedPlace& place : places) features.positions.push_back(place.position);
     features.key_point_count = static_cast<int64_t>(key_points.size());
-    features.descriptors.resize(places.size() * kSiftDescriptorBytes);
-    if (!places.empty()) {
-      SiftDescriber(grey).Describe(places, threads, features.descriptors.data());
+    key_points.insert(key_points.end(), corners.begin(), corners.end());
+    for (const cv::KeyPoint& place : key_points) features.positions.push_back(place.pt);
+    if (!key_points.empty()) {
+      cv::Mat bytes;
+      sift->compute(grey, key_points, bytes);
+      features.descriptors.assign(bytes.begin<uint8_t>(), bytes.end<uint8_t>());
     }
   } catch (const cv::Exception& error) {
     return absl::InternalError(absl::StrCat("features: ", error.err));

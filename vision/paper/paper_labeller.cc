@@ -98,7 +98,7 @@ absl::StatusOr<std::shared_ptr<const ExtractedFrame>> PaperLabeller::Extract(
   EGOSIEVE_RETURN_IF_ERROR(MakeGrey(frame, options_, *extracted));
   Stopwatch watch;
   EGOSIEVE_ASSIGN_OR_RETURN(extracted->features,
-                            ExtractFeatures(extracted->grey, options_.threads));
+                            ExtractFeatures(extracted->grey));
   extracted->features_milliseconds = watch.LapMilliseconds();
   return extracted;
 }

@@ -86,7 +86,7 @@ absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory, int 
     const cv::Mat grey = cv::imread(directory + name, cv::IMREAD_GRAYSCALE);
     if (grey.empty()) break;
     clip.size = grey.size();
-    EGOSIEVE_ASSIGN_OR_RETURN(FeatureSet features, ExtractFeatures(grey, kThreads));
+    EGOSIEVE_ASSIGN_OR_RETURN(FeatureSet features, ExtractFeatures(grey));
     LabelledClip::Frame frame;
     frame.features =
         Chained(clip.frames.empty() ? std::vector<Track>() : clip.frames.back().features, features,
