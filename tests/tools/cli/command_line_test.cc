@@ -125,7 +125,7 @@ TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
   EXPECT_EQ(word.code, 2);
   EXPECT_EQ(word.err, "egosieve: Could not convert: --seed = many; see egosieve sift --help\n");
 
-  EXPECT_THAT(Invoke({"sift", "--name=a", "--name=b"}), Says(2, "--name: 1 required"));
+  EXPECT_THAT(Invoke({"sift", "--name=a", "--name=b"}), Says(2, "--name: At Most 1 required"));
 
   EXPECT_THAT(Invoke({"sift", "a.mp4"}), Says(2, "unexpected argument 'a.mp4'"));
 
