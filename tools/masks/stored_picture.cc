@@ -13,9 +13,10 @@ constexpr int kNoFlip = 2;
 constexpr int kFlips[] = {kNoFlip, 1, -1, 0};  // as cv::flip names them
 
 cv::Mat Flipped(const cv::Mat& image, int orientation) {
-  cv::Mat flipped = image;
   const int flip = kFlips[(orientation - 1) % 4];
-  if (flip != kNoFlip) cv::flip(image, flipped, flip);
+  if (flip == kNoFlip) return image;
+  cv::Mat flipped;
+  cv::flip(image, flipped, flip);
   return flipped;
 }
 
