@@ -18,7 +18,7 @@
       series: { matches: "/matches", inliers: "/inliers", "static labels": "/labelled_static", "dynamic labels": "/labelled_dynamic" },
       caption: "Matched features, inliers of the camera's motion, and the labels made from them." },
     { title: "Evidence", unit: "%", zero: true, stacked: true, scale: 100, below: "/decided_by/",
-      caption: "Percentage of the dynamic labels by the evidence that weighed most: distance to the epipolar line or homography, depth behind the camera, third view, road." },
+      caption: "Percentage of the dynamic labels by the evidence that weighed most: distance to the epipolar line or homography, depth behind the camera, road." },
     { title: "New points", unit: "points", zero: true,
       series: { candidates: "/points/candidates", "dropped: density": "/points/dropped_by_density", "dropped: novelty": "/points/dropped_by_novelty", added: "/points/added" },
       caption: "A frame's labelled features, those that the filters dropped, and those that the model took." },
