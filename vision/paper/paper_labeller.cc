@@ -97,8 +97,7 @@ absl::StatusOr<std::shared_ptr<const ExtractedFrame>> PaperLabeller::Extract(
   auto extracted = std::make_shared<PaperFrame>();
   EGOSIEVE_RETURN_IF_ERROR(MakeGrey(frame, options_, *extracted));
   Stopwatch watch;
-  EGOSIEVE_ASSIGN_OR_RETURN(extracted->features,
-                            ExtractFeatures(extracted->grey));
+  EGOSIEVE_ASSIGN_OR_RETURN(extracted->features, ExtractFeatures(extracted->grey));
   extracted->features_milliseconds = watch.LapMilliseconds();
   return extracted;
 }
