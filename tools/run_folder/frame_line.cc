@@ -12,21 +12,6 @@
 namespace nlohmann {
 
 using egosieve::vision::CameraStep;
-using egosieve::vision::SelectionCounts;
-
-template <>
-struct adl_serializer<SelectionCounts> {
-  static void to_json(ordered_json& nlohmann_json_j, const SelectionCounts& nlohmann_json_t) {
-    NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(
-        NLOHMANN_JSON_TO, candidates, dropped_by_density, dropped_by_novelty, added,
-        dropped_by_consistency, dropped_by_model_density, dropped_by_age, dropped_by_budget))
-  }
-  static void from_json(const ordered_json& nlohmann_json_j, SelectionCounts& nlohmann_json_t) {
-    NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(
-        NLOHMANN_JSON_FROM, candidates, dropped_by_density, dropped_by_novelty, added,
-        dropped_by_consistency, dropped_by_model_density, dropped_by_age, dropped_by_budget))
-  }
-};
 
 // null if not known.
 template <>
@@ -80,7 +65,16 @@ void Walk(Line& line, Fields& fields) {
   fields.Field("frame_gap", line.frame_gap);
   fields.Numbers("decided_by", line.decided_by);
   fields.Field("step", line.step);
-  fields.Field("points", line.points);
+  fields.Object("points", [&](auto& counts) {
+    counts.Field("candidates", line.points.candidates);
+    counts.Field("dropped_by_density", line.points.dropped_by_density);
+    counts.Field("dropped_by_novelty", line.points.dropped_by_novelty);
+    counts.Field("added", line.points.added);
+    counts.Field("dropped_by_consistency", line.points.dropped_by_consistency);
+    counts.Field("dropped_by_model_density", line.points.dropped_by_model_density);
+    counts.Field("dropped_by_age", line.points.dropped_by_age);
+    counts.Field("dropped_by_budget", line.points.dropped_by_budget);
+  });
   fields.Field("model_size", line.model_size);
   fields.Field("theta", line.theta);
   fields.Field("a", line.a);
