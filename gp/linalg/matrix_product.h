@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "kernels/base/matrix_view.h"
 
@@ -27,5 +28,12 @@ inline ProductOperand Transposed(kernels::ConstMatrixView<double> m) {
 // c += sign A B with A c.rows x depth and B depth x c.cols, neither of them part of c. sign: 1 or -1.
 void AddProduct(double sign, ProductOperand a, ProductOperand b, int64_t depth,
                 kernels::MatrixView<double> c);
+
+// AddProduct for each width of vectors that this processor has, the widest first, which AddProduct
+// itself takes: a program for any processor of its kind is as fast as one built for this one. Their
+// roundings differ.
+using ProductFunction = void (*)(double sign, ProductOperand a, ProductOperand b, int64_t depth,
+                                 kernels::MatrixView<double> c);
+std::vector<ProductFunction> ProductsOfThisProcessor();
 
 }  // namespace egosieve::gp

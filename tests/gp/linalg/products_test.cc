@@ -45,13 +45,15 @@ TEST(MatrixProduct, IsTheSumWhateverTheSizes) {
         const RowMatrix b = RandomPoints(depth, columns, generator);
         const RowMatrix before = RandomPoints(rows, columns, generator);
         for (const double sign : {1.0, -1.0}) {
-          RowMatrix wide = RowMatrix::Constant(rows, columns + 3, kUntouched);
-          wide.leftCols(columns) = before;
-          AddProduct(sign, AsIs(ViewOf(a)), AsIs(ViewOf(b)), depth,
-                     {wide.data(), rows, columns, columns + 3});
-          EXPECT_LE(Error(sign, a, b, before, wide.leftCols(columns)), 1.0)
-              << rows << " x " << depth << " x " << columns;
-          EXPECT_TRUE((wide.rightCols(3).array() == kUntouched).all());
+          for (const ProductFunction product : ProductsOfThisProcessor()) {
+            RowMatrix wide = RowMatrix::Constant(rows, columns + 3, kUntouched);
+            wide.leftCols(columns) = before;
+            product(sign, AsIs(ViewOf(a)), AsIs(ViewOf(b)), depth,
+                    {wide.data(), rows, columns, columns + 3});
+            EXPECT_LE(Error(sign, a, b, before, wide.leftCols(columns)), 1.0)
+                << rows << " x " << depth << " x " << columns;
+            EXPECT_TRUE((wide.rightCols(3).array() == kUntouched).all());
+          }
         }
       }
     }

@@ -1,7 +1,7 @@
 """Makes a wheel of the tree that pack.sh packs: wheel.py ARCHIVE.tar FOLDER; prints its path.
 
-The module calls the C interface by ctypes, so one wheel serves every Python 3 and NumPy. The system's libraries that ours
-need are not in it: `auditwheel repair` copies them in.
+The module calls the C interface by ctypes, so one wheel serves every Python 3 and NumPy; the program egosieve is in it. The
+system's libraries that ours need are not: `auditwheel repair` copies them in.
 """
 
 import base64
@@ -21,6 +21,8 @@ Summary: Gaussian processes on OpenCL devices, and the segmentation of moving ob
 License: Apache-2.0
 Requires-Python: >=3.8
 Requires-Dist: numpy
+Provides-Extra: pocl
+Requires-Dist: pocl-binary-distribution; extra == "pocl"
 Description-Content-Type: text/markdown
 
 {description}"""
@@ -43,6 +45,8 @@ def contents_of(archive):
                 files[f"egosieve/{name.name}"] = content
             elif name.parent.name == "lib" and ".so." in name.name:
                 files[f"egosieve/{name.name}"] = content
+            elif name.match("bin/egosieve"):
+                files["egosieve/bin/egosieve"] = content
             elif name.name == "egosieve.pc":
                 version = next(line.split()[1] for line in content.decode().splitlines() if line.startswith("Version:"))
             elif name.name == "python.md":
@@ -56,6 +60,7 @@ def write_wheel(archive, folder):
     information = f"egosieve-{version}.dist-info"
     files[f"{information}/METADATA"] = METADATA.format(version=version, description=description).encode()
     files[f"{information}/WHEEL"] = WHEEL.format(tag=tag).encode()
+    files[f"{information}/entry_points.txt"] = b"[console_scripts]\negosieve = egosieve.__main__:main\n"
     record = ""
     for name, content in sorted(files.items()):
         digest = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
@@ -65,7 +70,7 @@ def write_wheel(archive, folder):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as wheel:
         for name, content in sorted(files.items()):
             entry = zipfile.ZipInfo(name, MOMENT)
-            entry.external_attr = (0o755 if ".so." in name else 0o644) << 16
+            entry.external_attr = (0o755 if ".so." in name or "/bin/" in name else 0o644) << 16
             entry.compress_type = zipfile.ZIP_DEFLATED
             wheel.writestr(entry, content)
     return path

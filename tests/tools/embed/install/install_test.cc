@@ -288,7 +288,7 @@ TEST(Wheel, IsWholeAndServesAnyPython) {
   EXPECT_NE(made.output.find("-py3-none-linux_x86_64.whl"), std::string::npos) << made.output;
   // Every file but the record itself stands in the record with its size and digest.
   std::ofstream(folder + "/check.py") << R"(
-import base64, csv, glob, hashlib, io, zipfile
+import base64, csv, glob, hashlib, io, os, zipfile
 wheel = zipfile.ZipFile(glob.glob("*.whl")[0])
 name = [n for n in wheel.namelist() if n.endswith(".dist-info/RECORD")][0]
 rows = list(csv.reader(io.StringIO(wheel.read(name).decode())))
@@ -300,6 +300,7 @@ for path, digest, size in rows:
     assert int(size) == len(wheel.read(path)), path
 assert "egosieve/py.typed" in wheel.namelist()
 wheel.extractall("site")
+for item in wheel.infolist(): os.chmod("site/" + item.filename, item.external_attr >> 16)
 )";
   CommandOutcome ran = RunClean(folder, "python3 check.py");
   ASSERT_EQ(ran.code, 0) << ran.output;
@@ -308,6 +309,9 @@ wheel.extractall("site")
                  "print(g.fit([[0.0]], [1.0]).predict([[0.0]])[0]); egosieve.Segmenter()'",
                  "PYTHONPATH='" + folder + "/site'");
   EXPECT_EQ(ran.code, 0) << ran.output;
+  ran = RunClean(folder, "python3 -m egosieve devices", "PYTHONPATH='" + folder + "/site'");
+  EXPECT_EQ(ran.code, 0) << ran.output;
+  EXPECT_NE(ran.output.find("reference"), std::string::npos) << ran.output;
 }
 
 TEST(CMakePackage, KnowsItsComponentsAndVersion) {
