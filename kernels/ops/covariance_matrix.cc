@@ -1,12 +1,14 @@
 #include "kernels/ops/covariance_matrix.h"
 
 #include <cmath>
+#include <utility>
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/opencl_covariance.h"
 #include "kernels/reference/covariance.h"
+#include "kernels/runtime/fork_guard.h"
 #include "kernels/runtime/opencl_context.h"
 
 namespace egosieve::kernels {
@@ -66,6 +68,18 @@ absl::Status CrossCovariance(Context& context, const CovarianceParameters& param
     return absl::OkStatus();
   }
   return opencl::CovarianceBlock(context, parameters, x, z, false, out);
+}
+
+absl::StatusOr<cl_event> EnqueueCrossCovariance(std::shared_ptr<Context> context,
+                                                const CovarianceParameters& parameters,
+                                                const BufferMatrix& x, const BufferMatrix& z,
+                                                const BufferMatrix& k, const DeviceCall& call) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
+  EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
+  if (context->is_reference()) {
+    return absl::FailedPreconditionError("the device \"reference\" has no OpenCL context");
+  }
+  return opencl::EnqueueCovarianceBlock(std::move(context), parameters, x, z, k, call);
 }
 
 template absl::Status CovarianceMatrix(Context&, const CovarianceParameters&,

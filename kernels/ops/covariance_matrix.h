@@ -11,9 +11,12 @@
 // versions run on the host.
 #pragma once
 
-#include "absl/status/status.h"
+#include <memory>
+
+#include "absl/status/statusor.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
+#include "kernels/ops/device_call.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::kernels {
@@ -34,5 +37,15 @@ template <typename T>
 absl::Status CrossCovariance(Context& context, const CovarianceParameters& parameters,
                              ConstMatrixView<double> x, ConstMatrixView<double> z,
                              MatrixView<T> out);
+
+// The same without waiting, in float64 from and to buffers of the context's OpenCL context: x, n x D,
+// z, m x D, k, n x m. Inputs are not checked: NaN gives NaN. The caller releases the event, which
+// completes with the last command; commands keep what they need. InvalidArgument for handles of
+// other contexts and for buffers that are too small; FailedPrecondition on devices without float64
+// and on "reference".
+absl::StatusOr<cl_event> EnqueueCrossCovariance(std::shared_ptr<Context> context,
+                                                const CovarianceParameters& parameters,
+                                                const BufferMatrix& x, const BufferMatrix& z,
+                                                const BufferMatrix& k, const DeviceCall& call);
 
 }  // namespace egosieve::kernels

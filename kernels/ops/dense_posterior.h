@@ -26,8 +26,8 @@
 #include "absl/status/statusor.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/base/posterior_model.h"
+#include "kernels/ops/device_call.h"
 #include "kernels/runtime/context.h"
-#include "kernels/runtime/opencl_handles.h"
 
 namespace egosieve::kernels {
 
@@ -67,13 +67,6 @@ struct DeviceOutputs {
   DeviceOutput probability;
   // int32: the number of clamped variances.
   DeviceOutput clamped;
-};
-
-// The queue and events of a call's commands.
-struct DeviceCall {
-  cl_command_queue queue = nullptr;  // of the same context and device; in order or not
-  const cl_event* wait = nullptr;    // wait_count events that the commands wait for
-  uint32_t wait_count = 0;
 };
 
 struct PosteriorCounts {

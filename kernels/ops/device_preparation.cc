@@ -65,5 +65,7 @@ cl::Event DevicePreparation::Enqueue(cl::Kernel& kernel, const cl::CommandQueue&
 
 template absl::StatusOr<cl::Kernel> DevicePreparation::Kernel<float, float>(const Context&,
                                                                             Workspace&) const;
+template absl::StatusOr<cl::Kernel> DevicePreparation::Kernel<double, double>(const Context&,
+                                                                              Workspace&) const;
 
 }  // namespace egosieve::kernels::opencl

@@ -22,6 +22,7 @@ using opencl::CovariancePoints;
 using opencl::DeviceFactor;
 using opencl::DeviceLinearAlgebra;
 using opencl::DeviceMatrix;
+using opencl::PreparedBlock;
 
 absl::Status CheckPoints(const CovarianceParameters& parameters, ConstMatrixView<double> x,
                          double noise_variance, absl::Span<const double> variances) {
@@ -99,11 +100,11 @@ struct Factored {
 
 // L of (1). Throws cl::Error.
 Factored Factorize(const Context& context, const cl::CommandQueue& queue, Tools& tools,
-                   const CovariancePoints<double>& points, double noise_variance,
+                   const PreparedBlock& points, double noise_variance,
                    const std::vector<double>& variances) {
-  const int64_t n = points.row_count();
+  const int64_t n = points.row_count;
   DeviceMatrix matrix = opencl::NewDeviceMatrix(context, n, n);
-  tools.covariance.EnqueueBlock(queue, points, /*lower_only=*/true, matrix.buffer, n);
+  tools.covariance.EnqueueBlock<double>(queue, points, /*lower_only=*/true, matrix.buffer, 0, n);
   const DeviceMatrix of_points = tools.algebra.Upload({variances.data(), n, 1});
   DeviceMatrix floors = opencl::NewDeviceMatrix(context, n, 1);
   tools.algebra.AddNoise(matrix, noise_variance, of_points,
@@ -119,10 +120,10 @@ Factored Factorize(const Context& context, const cl::CommandQueue& queue, Tools&
 
 // Throws cl::Error.
 ExactRegression Regress(const Context& context, const cl::CommandQueue& queue, Tools& tools,
-                        const CovariancePoints<double>& points, ConstMatrixView<double> y,
+                        const PreparedBlock& points, ConstMatrixView<double> y,
                         double noise_variance, const std::vector<double>& variances,
                         bool with_gradient) {
-  const int64_t n = points.row_count(), k = y.cols;
+  const int64_t n = points.row_count, k = y.cols;
   const auto [factor, bad_row] =
       Factorize(context, queue, tools, points, noise_variance, variances);
   ExactRegression result;
@@ -180,7 +181,8 @@ absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
     const CovariancePoints<double> points(context, parameters, x, x);
     const cl::CommandQueue queue = tools.workspace->queue();
     const CommandsEnd end(queue);
-    result = Regress(context, queue, tools, points, y, noise_variance, noise, with_gradient);
+    result =
+        Regress(context, queue, tools, points.block(), y, noise_variance, noise, with_gradient);
   }));
   context.GiveBack(std::move(tools.workspace));
   return result;
@@ -200,7 +202,8 @@ absl::StatusOr<int64_t> FactorizeOnDevice(Context& context, const CovariancePara
     const CovariancePoints<double> points(context, parameters, x, x);
     const cl::CommandQueue queue = tools.workspace->queue();
     const CommandsEnd end(queue);
-    const Factored factored = Factorize(context, queue, tools, points, noise_variance, noise);
+    const Factored factored =
+        Factorize(context, queue, tools, points.block(), noise_variance, noise);
     bad_row = factored.bad_row;
     if (bad_row < 0) tools.algebra.DownloadLower(factored.factor.lower, out);
   }));

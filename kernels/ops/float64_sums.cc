@@ -83,7 +83,8 @@ class DeviceSums final : public Float64Sums {
     std::vector<double> found(weight_count_ * queries.rows);
     const CommandsEnd end(queue);
     DeviceMatrix cross = opencl::NewDeviceMatrix(*context_, inputs_.rows, queries.rows);
-    covariances.EnqueueBlock(queue, points, /*lower_only=*/false, cross.buffer, queries.rows);
+    covariances.EnqueueBlock<double>(queue, points.block(), /*lower_only=*/false, cross.buffer, 0,
+                                     queries.rows);
     const DeviceMatrix products = algebra.MultiplyTransposed(weights_, cross);
     queue.enqueueReadBuffer(products.buffer, CL_TRUE, 0, found.size() * sizeof(double),
                             found.data());

@@ -7,6 +7,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/ops/device_preparation.h"
+#include "kernels/ops/enqueued_call.h"
 #include "kernels/runtime/buffer.h"
 #include "kernels/runtime/opencl_error.h"
 
@@ -23,15 +25,14 @@ int64_t Groups(int64_t rows) { return (rows + kRows - 1) / kRows; }
 template <typename T>
 CovariancePoints<T>::CovariancePoints(const Context& context,
                                       const CovarianceParameters& parameters,
-                                      ConstMatrixView<double> x, ConstMatrixView<double> z)
-    : row_count_(x.rows), column_count_(z.rows) {
+                                      ConstMatrixView<double> x, ConstMatrixView<double> z) {
   const PointPreparation preparation = std::is_same_v<T, float>
                                            ? PointPreparation(parameters, CentreOf(x))
                                            : PointPreparation(parameters);
   rows_ = PrepareRows<double, T>(preparation, x);
   columns_ = PrepareColumns<double, T>(preparation, z, Lanes<T>(context));
-  row_buffer_ = InputBuffer(context, rows_);
-  column_buffer_ = InputBuffer(context, columns_.values);
+  block_ = {InputBuffer(context, rows_), InputBuffer(context, columns_.values), x.rows, z.rows,
+            columns_.stride};
 }
 
 template class CovariancePoints<float>;
@@ -63,30 +64,34 @@ template absl::StatusOr<CovarianceKernels> CovarianceKernels::Create<double>(
     Context&, Workspace&, const CovarianceParameters&, int);
 
 template <typename T>
-void CovarianceKernels::EnqueueBlock(const cl::CommandQueue& queue,
-                                     const CovariancePoints<T>& points, bool lower_only,
-                                     const cl::Buffer& out, int64_t out_stride) {
-  SetArguments(block_, points.rows(), points.columns(), cl_long{points.row_count()},
-               cl_long{points.column_count()}, cl_long{points.column_stride()},
-               static_cast<T>(signal_variance_), cl_int{lower_only}, out, cl_long{out_stride});
+void CovarianceKernels::EnqueueBlock(const cl::CommandQueue& queue, const PreparedBlock& points,
+                                     bool lower_only, const cl::Buffer& out, int64_t out_first,
+                                     int64_t out_stride, const std::vector<cl::Event>* after,
+                                     cl::Event* done) {
+  SetArguments(block_, points.rows, points.columns, cl_long{points.row_count},
+               cl_long{points.column_count}, cl_long{points.column_stride},
+               static_cast<T>(signal_variance_), cl_int{lower_only}, out, cl_long{out_first},
+               cl_long{out_stride});
   queue.enqueueNDRangeKernel(block_, cl::NullRange,
-                             cl::NDRange(Groups(points.row_count()) * work_group_),
-                             cl::NDRange(work_group_));
+                             cl::NDRange(Groups(points.row_count) * work_group_),
+                             cl::NDRange(work_group_), after, done);
 }
 
-template void CovarianceKernels::EnqueueBlock(const cl::CommandQueue&,
-                                              const CovariancePoints<double>&, bool,
-                                              const cl::Buffer&, int64_t);
+template void CovarianceKernels::EnqueueBlock<float>(const cl::CommandQueue&, const PreparedBlock&,
+                                                     bool, const cl::Buffer&, int64_t, int64_t,
+                                                     const std::vector<cl::Event>*, cl::Event*);
+template void CovarianceKernels::EnqueueBlock<double>(const cl::CommandQueue&, const PreparedBlock&,
+                                                      bool, const cl::Buffer&, int64_t, int64_t,
+                                                      const std::vector<cl::Event>*, cl::Event*);
 
-void CovarianceKernels::EnqueueGradient(const cl::CommandQueue& queue,
-                                        const CovariancePoints<double>& points, bool lower_only,
-                                        const cl::Buffer& weights, int64_t weight_stride,
-                                        const cl::Buffer& out) {
-  SetArguments(gradient_, points.rows(), points.columns(), cl_long{points.row_count()},
-               cl_long{points.column_count()}, cl_long{points.column_stride()}, cl_int{lower_only},
+void CovarianceKernels::EnqueueGradient(const cl::CommandQueue& queue, const PreparedBlock& points,
+                                        bool lower_only, const cl::Buffer& weights,
+                                        int64_t weight_stride, const cl::Buffer& out) {
+  SetArguments(gradient_, points.rows, points.columns, cl_long{points.row_count},
+               cl_long{points.column_count}, cl_long{points.column_stride}, cl_int{lower_only},
                weights, cl_long{weight_stride}, out);
   queue.enqueueNDRangeKernel(gradient_, cl::NullRange,
-                             cl::NDRange(Groups(points.row_count()) * work_group_),
+                             cl::NDRange(Groups(points.row_count) * work_group_),
                              cl::NDRange(work_group_));
 }
 
@@ -115,7 +120,8 @@ absl::Status CovarianceBlock(Context& context, const CovarianceParameters& param
     const CovariancePoints<T> points(context, parameters, x, z);
     OutputBuffer<T> result(context, out, lower_only ? Unwritten::kKept : Unwritten::kPadding);
     const CommandsEnd end(workspace->queue());
-    kernels.EnqueueBlock(workspace->queue(), points, lower_only, result.buffer(), out.stride);
+    kernels.EnqueueBlock<T>(workspace->queue(), points.block(), lower_only, result.buffer(), 0,
+                            out.stride);
     result.Finish(workspace->queue());
   }));
   context.GiveBack(std::move(workspace));
@@ -149,12 +155,65 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
         context, MatrixView<double>(partial_sums.data(), rows, kernels.GradientColumns()),
         Unwritten::kNone);
     const CommandsEnd end(workspace->queue());
-    kernels.EnqueueGradient(workspace->queue(), points, lower_only, weights, w.stride,
+    kernels.EnqueueGradient(workspace->queue(), points.block(), lower_only, weights, w.stride,
                             result.buffer());
     result.Finish(workspace->queue());
   }));
   context.GiveBack(std::move(workspace));
   return kernels.GradientOf(partial_sums);
+}
+
+absl::StatusOr<cl_event> EnqueueCovarianceBlock(std::shared_ptr<Context> context,
+                                                const CovarianceParameters& parameters,
+                                                const BufferMatrix& x, const BufferMatrix& z,
+                                                const BufferMatrix& out, const DeviceCall& call) {
+  constexpr char kDoing[] = "enqueuing a covariance matrix";
+  const int64_t dimension = parameters.input_dimension();
+  EGOSIEVE_RETURN_IF_ERROR(CheckDeviceCall(*context, call));
+  EGOSIEVE_RETURN_IF_ERROR(CheckBufferMatrix(*context, "x", x, dimension, sizeof(double)));
+  EGOSIEVE_RETURN_IF_ERROR(CheckBufferMatrix(*context, "z", z, dimension, sizeof(double)));
+  EGOSIEVE_RETURN_IF_ERROR(CheckBufferMatrix(*context, "k", out, z.rows, sizeof(double)));
+  if (out.rows != x.rows) {
+    return absl::InvalidArgumentError(absl::StrCat("k has ", out.rows, " rows; x has ", x.rows));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context->Borrow(kDoing));
+  std::shared_ptr<const DevicePreparation> preparation;
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
+    preparation = std::make_shared<const DevicePreparation>(*context, parameters,
+                                                            PointPreparation(parameters));
+  }));
+  EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel prepare,
+                            (preparation->Kernel<double, double>(*context, *workspace)));
+  EGOSIEVE_ASSIGN_OR_RETURN(CovarianceKernels kernels,
+                            CovarianceKernels::Create<double>(*context, *workspace, parameters,
+                                                              CovarianceKernels::kBlock));
+  const int64_t lanes = Lanes<double>(*context), width = PreparedWidth(parameters);
+  auto in_use =
+      std::make_unique<CallInUse>(CallInUse{context, std::move(workspace), {preparation}});
+  return EnqueueCall(
+      kDoing, call, std::move(in_use),
+      [&](const cl::CommandQueue& queue, std::vector<cl::Event>& last) {
+        if (x.rows == 0 || z.rows == 0) return Mark(queue, last);
+        const auto points_of = [&](const BufferMatrix& m) {
+          return PointsAt{cl::Buffer(m.memory, /*retainObject=*/true), m.first,
+                          m.stride == 0 ? dimension : m.stride, m.rows};
+        };
+        const auto room = [&](int64_t points) {
+          return cl::Buffer(context->cl_context(), CL_MEM_READ_WRITE,
+                            points * width * sizeof(double));
+        };
+        const int64_t padded = (z.rows + lanes - 1) / lanes * lanes;
+        const PreparedBlock block = {room(x.rows), room(padded), x.rows, z.rows, padded};
+        last = {preparation->Enqueue(prepare, queue, points_of(x), {block.rows, 1, width, x.rows},
+                                     last)};
+        last = {preparation->Enqueue(prepare, queue, points_of(z),
+                                     {block.columns, padded, 1, padded}, last)};
+        cl::Event done;
+        kernels.EnqueueBlock<double>(queue, block, /*lower_only=*/false,
+                                     cl::Buffer(out.memory, /*retainObject=*/true), out.first,
+                                     out.stride == 0 ? z.rows : out.stride, &last, &done);
+        last = {done};
+      });
 }
 
 }  // namespace egosieve::kernels::opencl

@@ -15,11 +15,13 @@
 
 #include <CL/opencl.hpp>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
+#include "kernels/ops/device_call.h"
 #include "kernels/ops/kernel_options.h"
 #include "kernels/runtime/opencl_context.h"
 
@@ -31,6 +33,14 @@ absl::Status CovarianceBlock(Context& context, const CovarianceParameters& param
                              ConstMatrixView<double> x, ConstMatrixView<double> z, bool lower_only,
                              MatrixView<T> out);
 
+// The points of a covariance block in buffers, as kernels read them: rows point by point, columns
+// value by value.
+struct PreparedBlock {
+  cl::Buffer rows, columns;
+  int64_t row_count = 0, column_count = 0;
+  int64_t column_stride = 0;  // the columns' count up to whole vectors
+};
+
 // The points of a covariance block, as kernels read them. Keep it until their commands have ended.
 template <typename T>
 class CovariancePoints {
@@ -39,19 +49,12 @@ class CovariancePoints {
   CovariancePoints(const Context& context, const CovarianceParameters& parameters,
                    ConstMatrixView<double> x, ConstMatrixView<double> z);
 
-  int64_t row_count() const { return row_count_; }
-  int64_t column_count() const { return column_count_; }
-  int64_t column_stride() const { return columns_.stride; }
-  const cl::Buffer& rows() const { return row_buffer_; }
-  const cl::Buffer& columns() const { return column_buffer_; }
+  const PreparedBlock& block() const { return block_; }
 
  private:
-  int64_t row_count_;
-  int64_t column_count_;
   std::vector<T> rows_;
   PreparedColumns<T> columns_;
-  cl::Buffer row_buffer_;
-  cl::Buffer column_buffer_;
+  PreparedBlock block_;
 };
 
 // Writes C(i, j), or with `lower_only` its lower triangle, to a device buffer. Throws cl::Error.
@@ -63,13 +66,14 @@ class CovarianceKernels {
   static absl::StatusOr<CovarianceKernels> Create(Context& context, Workspace& workspace,
                                                   const CovarianceParameters& parameters, int what);
 
+  // C(0, 0) goes to element `out_first`. The command waits for `after`.
   template <typename T>
-  void EnqueueBlock(const cl::CommandQueue& queue, const CovariancePoints<T>& points,
-                    bool lower_only, const cl::Buffer& out, int64_t out_stride);
+  void EnqueueBlock(const cl::CommandQueue& queue, const PreparedBlock& points, bool lower_only,
+                    const cl::Buffer& out, int64_t out_first, int64_t out_stride,
+                    const std::vector<cl::Event>* after = nullptr, cl::Event* done = nullptr);
   // Writes GradientRows() x GradientColumns() partial sums to `out`.
-  void EnqueueGradient(const cl::CommandQueue& queue, const CovariancePoints<double>& points,
-                       bool lower_only, const cl::Buffer& weights, int64_t weight_stride,
-                       const cl::Buffer& out);
+  void EnqueueGradient(const cl::CommandQueue& queue, const PreparedBlock& points, bool lower_only,
+                       const cl::Buffer& weights, int64_t weight_stride, const cl::Buffer& out);
   static int64_t GradientRows(int64_t rows);
   int64_t GradientColumns() const { return scales_ + 1; }
   // Adds the partial sums in the order of rows, so that the sum does not depend on the execution.
@@ -90,5 +94,13 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        ConstMatrixView<double> x,
                                                        ConstMatrixView<double> z,
                                                        ConstMatrixView<double> w, bool lower_only);
+
+// Enqueues C(i, j) = k(x_i, z_j) in float64 from and to buffers of the context. InvalidArgument for
+// handles of other contexts and for buffers that are too small; FailedPrecondition on devices
+// without float64.
+absl::StatusOr<cl_event> EnqueueCovarianceBlock(std::shared_ptr<Context> context,
+                                                const CovarianceParameters& parameters,
+                                                const BufferMatrix& x, const BufferMatrix& z,
+                                                const BufferMatrix& out, const DeviceCall& call);
 
 }  // namespace egosieve::kernels::opencl

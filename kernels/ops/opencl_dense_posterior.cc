@@ -10,8 +10,8 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/aligned_array.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/ops/device_call_checks.h"
 #include "kernels/ops/device_preparation.h"
+#include "kernels/ops/enqueued_call.h"
 #include "kernels/ops/kernel_options.h"
 #include "kernels/ops/opencl_posterior_model.h"
 #include "kernels/ops/posterior_tiling.h"
@@ -84,26 +84,26 @@ struct Chunk {
   PosteriorOutputs outputs;
 };
 
-// Resources for the commands of a call that does not wait.
-struct InUse {
-  std::shared_ptr<Context> context;
-  std::shared_ptr<const DeviceModel> model;
-  std::shared_ptr<const DevicePreparation> preparation;
-  std::unique_ptr<Workspace> workspace;
-};
-
-void CL_CALLBACK GiveBackWhatWasUsed(cl_event, cl_int status, void* in_use) {
-  const std::unique_ptr<InUse> ended(static_cast<InUse*>(in_use));
-  if (status == CL_COMPLETE) ended->context->GiveBack(std::move(ended->workspace));
-}
-
-// Keeps the resources until `last` ends.
-void KeepUntil(const cl::Event& last, std::unique_ptr<InUse> in_use) {
-  if (clSetEventCallback(last(), CL_COMPLETE, GiveBackWhatWasUsed, in_use.get()) == CL_SUCCESS) {
-    static_cast<void>(in_use.release());  // the callback owns it
-  } else {
-    last.wait();
+// InvalidArgument, naming the array, unless each belongs to this context and is large enough.
+absl::Status CheckArrays(const Context& context, int64_t dimension, const DeviceQueries& queries,
+                         const DeviceOutputs& outputs) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckBufferMatrix(
+      context, "queries", {queries.memory, queries.first, queries.count, queries.stride}, dimension,
+      sizeof(float)));
+  struct Named {
+    const char* name;
+    const DeviceOutput& output;
+    int64_t elements;
+  };
+  for (const Named& one : {Named{"mean", outputs.mean, queries.count},
+                           Named{"variance", outputs.variance, queries.count},
+                           Named{"probability", outputs.probability, queries.count},
+                           Named{"clamped", outputs.clamped, 1}}) {
+    if (one.output.memory == nullptr) continue;
+    EGOSIEVE_RETURN_IF_ERROR(CheckDeviceArray(context, one.name, one.output.memory,
+                                              one.output.first, one.elements, sizeof(float)));
   }
+  return absl::OkStatus();
 }
 
 class OpenClPosterior : public DensePosterior {
@@ -167,7 +167,7 @@ class OpenClPosterior : public DensePosterior {
              const std::array<int64_t, 3>& first_results,
              const std::vector<cl::Event>* after = nullptr, cl::Event* done = nullptr) const;
   // Throws cl::Error. Each command waits for `last` and then becomes `last`.
-  void EnqueueChunks(Launch& launch, cl::Kernel& prepare, InUse& in_use,
+  void EnqueueChunks(Launch& launch, cl::Kernel& prepare, Workspace& workspace,
                      const DeviceQueries& queries, const DeviceOutputs& outputs,
                      const cl::CommandQueue& queue, std::vector<cl::Event>& last) const;
 
@@ -268,16 +268,15 @@ absl::StatusOr<PosteriorCounts> OpenClPosterior::EvaluateQueries(
   return counts;
 }
 
-void OpenClPosterior::EnqueueChunks(Launch& launch, cl::Kernel& prepare, InUse& in_use,
+void OpenClPosterior::EnqueueChunks(Launch& launch, cl::Kernel& prepare, Workspace& workspace,
                                     const DeviceQueries& queries, const DeviceOutputs& outputs,
                                     const cl::CommandQueue& queue,
                                     std::vector<cl::Event>& last) const {
   const PosteriorTiling& tiling = launch.tiling;
   const int64_t width = model_->preparation().width();
-  const cl::Buffer prepared = in_use.workspace->Scratch(
-      Workspace::Memory::kQueries, width * tiling.chunk_queries * sizeof(float));
-  const cl::Buffer counters =
-      in_use.workspace->Scratch(Workspace::Memory::kCounters, 2 * sizeof(cl_int));
+  const cl::Buffer prepared =
+      workspace.Scratch(Workspace::Memory::kQueries, width * tiling.chunk_queries * sizeof(float));
+  const cl::Buffer counters = workspace.Scratch(Workspace::Memory::kCounters, 2 * sizeof(cl_int));
   const cl::Buffer points(queries.memory, /*retainObject=*/true);
   const auto or_any = [&](const DeviceOutput& output) {
     return output.memory != nullptr ? cl::Buffer(output.memory, /*retainObject=*/true) : counters;
@@ -321,42 +320,27 @@ absl::StatusOr<cl_event> OpenClPosterior::Enqueue(const DeviceQueries& queries,
       CheckOutputs(NeedsVariance(mask), model_->factor_kind(), model_->count()));
   EGOSIEVE_RETURN_IF_ERROR(CheckDeviceCall(*context_, call));
   EGOSIEVE_RETURN_IF_ERROR(
-      CheckDeviceArrays(*context_, model_->covariance().input_dimension(), queries, outputs));
+      CheckArrays(*context_, model_->covariance().input_dimension(), queries, outputs));
   constexpr char kDoing[] = "enqueuing a dense posterior";
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context_->Borrow(kDoing));
-  auto in_use =
-      std::make_unique<InUse>(InUse{context_, model_, preparation_, std::move(workspace)});
+  auto in_use = std::make_unique<CallInUse>(
+      CallInUse{context_, std::move(workspace), {model_, preparation_}});
   const FactorKind kind = KindFor(mask);
   EGOSIEVE_ASSIGN_OR_RETURN(const cl::Kernel kernel, Kernel(*in_use->workspace, kind));
   EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel prepare,
                             (preparation_->Kernel<float, float>(*context_, *in_use->workspace)));
-  std::vector<cl::Event> last;
-  const absl::Status status = CatchOpenClErrors(kDoing, [&] {
-    for (uint32_t i = 0; i < call.wait_count; ++i) last.emplace_back(call.wait[i], true);
-    const cl::CommandQueue queue(call.queue, /*retainObject=*/true);
-    if (mask == 0 || queries.count == 0) {
-      cl::Event done;
-      queue.enqueueMarkerWithWaitList(&last, &done);
-      last = {done};
-      return;
-    }
-    const PosteriorTiling tiling = shapes_.Tile(*context_, kind, model_->count(), queries.count,
-                                                MemoryCapBytes(options_, *context_));
-    Launch launch{kernel, tiling, mask,
-                  in_use->workspace->Scratch(Workspace::Memory::kTiles,
-                                             tiling.all_scratch_floats * sizeof(float))};
-    EnqueueChunks(launch, prepare, *in_use, queries, outputs, queue, last);
-    queue.flush();
-  });
-  const bool started = !last.empty() && (call.wait_count == 0 || last[0]() != call.wait[0]);
-  cl_event event = nullptr;
-  if (started) {
-    if (status.ok()) clRetainEvent(event = last[0]());
-    EGOSIEVE_RETURN_IF_ERROR(
-        CatchOpenClErrors(kDoing, [&] { KeepUntil(last[0], std::move(in_use)); }));
-  }
-  EGOSIEVE_RETURN_IF_ERROR(status);
-  return event;
+  Workspace& used = *in_use->workspace;
+  return EnqueueCall(
+      kDoing, call, std::move(in_use),
+      [&](const cl::CommandQueue& queue, std::vector<cl::Event>& last) {
+        if (mask == 0 || queries.count == 0) return Mark(queue, last);
+        const PosteriorTiling tiling = shapes_.Tile(*context_, kind, model_->count(), queries.count,
+                                                    MemoryCapBytes(options_, *context_));
+        Launch launch{
+            kernel, tiling, mask,
+            used.Scratch(Workspace::Memory::kTiles, tiling.all_scratch_floats * sizeof(float))};
+        EnqueueChunks(launch, prepare, used, queries, outputs, queue, last);
+      });
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "kernels/ops/covariance_matrix.h"
 #include "kernels/runtime/opencl_context.h"
 #include "tools/embed/c/device_contexts.h"
 #include "tools/embed/c/learning_model.h"
@@ -18,14 +20,31 @@ void CheckOnDevice(const DevicePosterior& at) {
   RequireState(!at.context->is_reference(), "the device \"reference\" has no OpenCL context");
 }
 
+std::vector<cl_event> EventsOf(const std::string& name, void* const* wait, int64_t count) {
+  Require(count >= 0 && count <= kMostEvents, "%s_count = %d; it must be 0 to 2^20", name, count);
+  if (count > 0) RequirePointer(name.c_str(), wait);
+  std::vector<cl_event> events;
+  for (int64_t i = 0; i < count; ++i) events.push_back(static_cast<cl_event>(wait[i]));
+  return events;
+}
+
+kernels::DeviceCall CallOn(void* queue, const std::vector<cl_event>& wait) {
+  return {static_cast<cl_command_queue>(queue), wait.data(), static_cast<uint32_t>(wait.size())};
+}
+
+// The event is the caller's, or released if it is not wanted.
+void GiveEvent(cl_event done, void** event) {
+  if (event != nullptr) {
+    *event = done;
+  } else {
+    clReleaseEvent(done);
+  }
+}
+
 cl_event Enqueue(const DevicePosterior& at, const egosieve_device_call& call) {
   CheckOnDevice(at);
   if (call.probability.memory != nullptr) Check(at.labels);
-  Require(call.wait_count >= 0 && call.wait_count <= kMostEvents,
-          "call.wait_count = %d; it must be 0 to 2^20", call.wait_count);
-  if (call.wait_count > 0) RequirePointer("call.wait", call.wait);
-  std::vector<cl_event> wait;
-  for (int64_t i = 0; i < call.wait_count; ++i) wait.push_back(static_cast<cl_event>(call.wait[i]));
+  const std::vector<cl_event> wait = EventsOf("call.wait", call.wait, call.wait_count);
   const auto output = [](const egosieve_device_array& array) {
     return kernels::DeviceOutput{static_cast<cl_mem>(array.memory), array.first};
   };
@@ -36,9 +55,7 @@ cl_event Enqueue(const DevicePosterior& at, const egosieve_device_call& call) {
   outputs.clamped = output(call.clamped);
   return Take(at.in_float32().Enqueue(
       {static_cast<cl_mem>(call.queries), call.query_count, call.query_first, call.query_stride},
-      outputs,
-      {static_cast<cl_command_queue>(call.queue), wait.data(),
-       static_cast<uint32_t>(wait.size())}));
+      outputs, CallOn(call.queue, wait)));
 }
 
 }  // namespace
@@ -76,12 +93,26 @@ egosieve_status egosieve_posterior_opencl(egosieve_posterior* posterior, void** 
 egosieve_status egosieve_posterior_enqueue(egosieve_posterior* posterior,
                                            const egosieve_device_call* call, void** event) {
   return With(__func__, posterior, [&](const DevicePosterior& found) {
-    const cl_event done = Enqueue(found, Read("call", call, egosieve_device_call_init));
-    if (event != nullptr) {
-      *event = done;
-    } else {
-      clReleaseEvent(done);
-    }
+    GiveEvent(Enqueue(found, Read("call", call, egosieve_device_call_init)), event);
+  });
+}
+
+egosieve_status egosieve_gp_enqueue_covariances(egosieve_gp* gp, const egosieve_device_matrix* x,
+                                                const egosieve_device_matrix* z,
+                                                const egosieve_device_matrix* k, void* queue,
+                                                void* const* wait, int64_t wait_count,
+                                                void** event) {
+  return With(__func__, gp, [&](LearningModel& model) {
+    RequirePointer("x", x);
+    RequirePointer("k", k);
+    const auto matrix = [](const egosieve_device_matrix& m) {
+      return kernels::BufferMatrix{static_cast<cl_mem>(m.memory), m.first, m.rows, m.stride};
+    };
+    const std::vector<cl_event> events = EventsOf("wait", wait, wait_count);
+    GiveEvent(Take(kernels::EnqueueCrossCovariance(
+                  model.context(), model.hyperparameters().covariance, matrix(*x),
+                  matrix(z == nullptr ? *x : *z), matrix(*k), CallOn(queue, events))),
+              event);
   });
 }
 

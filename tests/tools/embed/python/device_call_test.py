@@ -50,8 +50,8 @@ class OpenCl:
         assert error.value == 0
         return Handle(address)
 
-    def read(self, queue, buffer, count, event):
-        values = np.empty(count, np.float32)
+    def read(self, queue, buffer, count, event, kind=np.float32):
+        values = np.empty(count, kind)
         status = self.library.clEnqueueReadBuffer(
             c_void_p(queue.int_ptr), c_void_p(buffer.int_ptr), 1, c_size_t(0), c_size_t(values.nbytes),
             c_void_p(values.ctypes.data), 1, byref(c_void_p(event)), None,
@@ -86,6 +86,27 @@ class DeviceCall(unittest.TestCase):
         event = self.frozen.enqueue(queue, at, COUNT - 1, mean=out, first=FEATURES, wait_for=[event])
         found = opencl.read(queue, out, COUNT - 1, event)
         np.testing.assert_array_equal(found, mean[1:])
+
+    def test_gives_the_kernel_matrix(self):
+        opencl = OpenCl()
+        queue = opencl.queue(self.context, self.device)
+        inputs = opencl.buffer(self.context, self.X)
+        queries = self.queries.astype(np.float64)
+        at = opencl.buffer(self.context, queries)
+        count = len(self.X) * (COUNT - 1)
+        out = opencl.buffer(self.context, np.full(count + 3, -7.0))
+        event = self.model.enqueue_covariance(queue, inputs, len(self.X), (out, 2), (at, FEATURES), COUNT - 1)
+        found = opencl.read(queue, out, count + 3, event, np.float64)
+        np.testing.assert_array_equal(found[[0, 1, -1]], -7.0)
+        expected = self.model.covariance(self.X, queries[1:])
+        np.testing.assert_allclose(found[2:-1].reshape(expected.shape), expected, rtol=0, atol=1e-14)
+        event = self.model.enqueue_covariance(queue, at, 3, out, wait_for=[event])
+        found = opencl.read(queue, out, 9, event, np.float64)
+        np.testing.assert_allclose(found.reshape(3, 3), self.model.covariance(queries[:3]), rtol=0, atol=1e-14)
+        with self.assertRaisesRegex(ValueError, "k has .* bytes"):
+            self.model.enqueue_covariance(queue, inputs, len(self.X), out, at, COUNT)
+        with self.assertRaisesRegex(ValueError, "not fitted"):
+            egosieve.GaussianProcess().enqueue_covariance(queue, inputs, 1, out)
 
     def test_lies_on_the_callers_context(self):
         opencl = OpenCl()

@@ -94,6 +94,36 @@ EGOSIEVE_API egosieve_status egosieve_posterior_enqueue(egosieve_posterior* post
                                                         const egosieve_device_call* call,
                                                         void** event);
 
+/** A matrix of float64 in an OpenCL buffer: element (i, j) is at first + i stride + j. */
+typedef struct egosieve_device_matrix {
+  void* memory;   /**< A cl_mem. */
+  int64_t first;  /**< Index of the first element. */
+  int64_t rows;   /**< Number of rows. */
+  int64_t stride; /**< Elements from one row to the next; 0: the number of columns. */
+} egosieve_device_matrix;
+
+/**
+ * The kernel matrix k(x_i, z_j) as egosieve_gp_covariances(), enqueued, from and to buffers of the
+ * model's OpenCL context, which is `opencl_context` of egosieve_gp_options, or that of
+ * egosieve_posterior_opencl(). Computed in float64; inputs are not checked, NaN gives NaN. The model
+ * may change, and any handle be freed, before the commands have ended. On "reference" and on devices
+ * without float64: #EGOSIEVE_FAILED_PRECONDITION.
+ * @param gp          The model; its points play no part.
+ * @param x           N x D.
+ * @param z           M x D; null: x.
+ * @param k           Out: N x M.
+ * @param queue       A cl_command_queue, in order or not.
+ * @param wait        cl_events to wait for; null if wait_count is 0.
+ * @param wait_count  At most 2^20.
+ * @param event       Out: a cl_event of the last command, which the caller releases; or null.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_enqueue_covariances(egosieve_gp* gp,
+                                                             const egosieve_device_matrix* x,
+                                                             const egosieve_device_matrix* z,
+                                                             const egosieve_device_matrix* k,
+                                                             void* queue, void* const* wait,
+                                                             int64_t wait_count, void** event);
+
 #ifdef __cplusplus
 }
 #endif

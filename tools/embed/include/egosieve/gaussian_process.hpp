@@ -258,6 +258,19 @@ class GaussianProcess : public Predictor<egosieve_gp, egosieve_gp_free, egosieve
     return Call(egosieve_gp_covariances, x.c(), z.c()->data == nullptr ? nullptr : z.c(), &k.c(),
                 &by_logarithms.c(), &by_x.c());
   }
+  /**
+   * Enqueues the kernel matrix from and to OpenCL buffers, see egosieve_gp_enqueue_covariances().
+   * The value: a cl_event, which the caller releases.
+   */
+  Result<void*> EnqueueCovariances(const DeviceMatrix& x, const DeviceMatrix& z,
+                                   const DeviceMatrix& k, void* queue,
+                                   const std::vector<void*>& wait = {}) const {
+    void* event = nullptr;
+    return internal::Given(
+        egosieve_gp_enqueue_covariances(handle_, &x, &z, &k, queue, wait.data(),
+                                        static_cast<int64_t>(wait.size()), &event),
+        event);
+  }
   /** Samples, (M k) x S, from the joint distribution at M x D points. The value: the jitter. */
   Result<double> Sample(const ConstArray& x, uint64_t seed, const Array& samples,
                         bool of_observation = false) const {

@@ -56,6 +56,9 @@ class DeviceCall {
   egosieve_device_call call_;
 };
 
+/** A matrix of float64 in an OpenCL buffer; see #egosieve_device_matrix. */
+using DeviceMatrix = egosieve_device_matrix;
+
 /** Points on a regular grid; see #egosieve_grid. */
 using Grid = egosieve_grid;
 

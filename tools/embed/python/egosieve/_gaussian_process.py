@@ -8,8 +8,8 @@ import warnings
 from ctypes import c_double, c_int32, c_int64, c_void_p
 
 from . import optimization
-from ._library import SHOULD_STOP, DeviceArray, DeviceCall, GpInfo, GpOptions, Handle, Library, OptimizeOptions
-from ._library import OptimizeResult, Prediction, choice, encoded, fill, written
+from ._library import SHOULD_STOP, DeviceArray, DeviceCall, DeviceMatrix, GpInfo, GpOptions, Handle, Library
+from ._library import OptimizeOptions, OptimizeResult, Prediction, choice, encoded, fill, written
 
 _NAMED_COVARIANCE = 2
 _MEANS = ("zero", "constant", "linear")
@@ -46,6 +46,7 @@ gp_set_annotation(void* gp, void* bytes, int64 size)
 gp_save(void* gp, char* path)
 gp_predict_joint(void* gp, in x, int32 of_observation, out mean, out covariance)
 gp_covariances(void* gp, in x, in z, out k, out by_logarithms, out by_x)
+gp_enqueue_covariances(void* gp, DeviceMatrix* x, DeviceMatrix* z, DeviceMatrix* k, void* queue, void** wait, int64 wait_count, void** event)
 gp_sample(void* gp, in x, uint64 seed, int32 of_observation, out samples, double* jitter)
 gp_gradients(void* gp, in x, out mean, out variance)
 gp_leave_one_out(void* gp, out mean, out variance, out log_density)
@@ -193,6 +194,12 @@ class Model(_Predictor):
         names = (ctypes.c_char_p * len(devices))(*map(encoded, devices))
         self.call("posterior_on_devices", names, len(devices), handle, not_found=ValueError)
         return Posterior(handle)
+
+    def enqueue_covariances(self, x, z, k, queue, wait):
+        event = c_void_p()
+        matrices = [fill(DeviceMatrix(), memory=memory, first=first, rows=rows) for memory, first, rows in (x, z, k)]
+        self.call("enqueue_covariances", *matrices, queue, (c_void_p * len(wait))(*wait), len(wait), event)
+        return event.value
 
     def save(self, path, annotation):
         content = annotation.encode()

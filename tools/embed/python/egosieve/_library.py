@@ -57,6 +57,7 @@ Prediction = _struct("Prediction", """
     Array mean variance probability, int32 of_observation, int64 clamped_variances precision float64_count""",
     "prediction_init")  # fmt: skip
 DeviceArray = _struct("DeviceArray", "void* memory, int64 first")
+DeviceMatrix = _struct("DeviceMatrix", "void* memory, int64 first rows stride")
 DeviceCall = _struct("DeviceCall", """
     void* queue, void** wait, int64 wait_count, void* queries, int64 query_count query_first query_stride,
     DeviceArray mean variance probability clamped""", "device_call_init")  # fmt: skip

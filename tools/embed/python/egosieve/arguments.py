@@ -234,3 +234,9 @@ def address(name, handle):
     if isinstance(value, bool) or not isinstance(value, int) or value <= 0:
         raise TypeError(f"{name} is no OpenCL object: it has no int_ptr")
     return value
+
+
+def event(address):
+    """A cl_event as PyOpenCL's object, if PyOpenCL has been imported, else its address."""
+    pyopencl = sys.modules.get("pyopencl")
+    return address if pyopencl is None else pyopencl.Event.from_int_ptr(address, retain=False)

@@ -35,6 +35,37 @@ class ExactPredictor(Predictor):
         wanted = tuple(one for one in results if one is not None)
         return wanted if len(wanted) > 1 else wanted[0]
 
+    def enqueue_covariance(self, queue, X, n, K, Z=None, m=0, wait_for=()):
+        """The kernel matrix k(X, Z) from and to OpenCL buffers on a command queue, without waiting.
+
+        OpenCL objects are as for `freeze().enqueue` and belong to the model's context: `opencl_context`, or that of
+        `freeze().opencl()`. All values are float64; inputs are not checked, NaN gives NaN.
+
+        Parameters
+        ----------
+        queue : a cl_command_queue
+        X : a cl_mem of n x n_features values, or (cl_mem, first element)
+        K : a cl_mem for n x m results, or (cl_mem, first element)
+        Z : a cl_mem of m x n_features values, or (cl_mem, first element); None: X
+        wait_for : cl_events that come first
+
+        Returns
+        -------
+        event : as of `freeze().enqueue`
+        """
+        if not self._is_fitted():
+            raise arguments.not_fitted(self)
+        queue = arguments.address("queue", queue)
+
+        def matrix(name, value, rows):
+            memory, first = value if isinstance(value, tuple) else (value, 0)
+            return arguments.address(name, memory), first, rows
+
+        x = matrix("X", X, n)
+        z = x if Z is None else matrix("Z", Z, m)
+        wait = [arguments.address("wait_for", event) for event in wait_for]
+        return arguments.event(self._core.enqueue_covariances(x, z, matrix("K", K, n), queue, wait))
+
     def sample_y(self, X, n_samples=1, random_state=0, of_observation=None):
         """Samples from the joint posterior of f at the rows of X; before fit, from the prior.
 

@@ -1,7 +1,6 @@
 """Predictions of a model or of a posterior that was made from one."""
 
 import functools
-import sys
 
 import numpy as np
 
@@ -277,9 +276,7 @@ class FrozenPosterior(Predictor):
         pairs = {name: (arguments.address(name, memory), element) for name, (memory, element) in pairs.items()}
         wait = [arguments.address("wait_for", event) for event in wait_for]
         queue, queries = arguments.address("queue", queue), arguments.address("queries", queries)
-        event = self._core.enqueue(queue, queries, count, first, stride, wait, **pairs)
-        pyopencl = sys.modules.get("pyopencl")
-        return event if pyopencl is None else pyopencl.Event.from_int_ptr(event, retain=False)
+        return arguments.event(self._core.enqueue(queue, queries, count, first, stride, wait, **pairs))
 
     def _fitted(self):
         return self._core
