@@ -147,6 +147,26 @@ TEST(GaussianProcess, BytesAndPosteriorKeepTheModel) {
   EXPECT_EQ(x(1, 0), static_cast<float>(data.x(2, 0)));
 }
 
+void ExpectTheHostsKernelMatrix(const GaussianProcess& gp, cl_context context,
+                                cl_command_queue queue) {
+  std::vector<double> matrix(4), on_host(4), inputs = {0.1, 0.2, 0.3, -0.4, 0.5, 0.6};
+  inputs.resize(2 * kDimension);
+  cl_int error;
+  cl_mem points = clCreateBuffer(context, CL_MEM_COPY_HOST_PTR, inputs.size() * sizeof(double),
+                                 inputs.data(), &error);
+  cl_mem k = clCreateBuffer(context, CL_MEM_READ_WRITE, 4 * sizeof(double), nullptr, &error);
+  cl_event done = static_cast<cl_event>(
+      gp.EnqueueCovariances({points, 0, 2, 0}, {points, 0, 2, 0}, {k, 0, 2, 0}, queue).value());
+  EXPECT_EQ(clEnqueueReadBuffer(queue, k, CL_TRUE, 0, 4 * sizeof(double), matrix.data(), 1, &done,
+                                nullptr),
+            CL_SUCCESS);
+  ASSERT_TRUE(gp.Covariances({inputs, kDimension}, {}, {on_host.data(), 2, 2}).ok());
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(matrix[i], on_host[i], 1e-14);
+  clReleaseEvent(done);
+  clReleaseMemObject(k);
+  clReleaseMemObject(points);
+}
+
 TEST(GaussianProcess, PredictsOnTheCallersQueue) {
   const Data data;
   const Posterior elsewhere = ConditionedModel(data).MakePosterior().value();
@@ -188,22 +208,7 @@ TEST(GaussianProcess, PredictsOnTheCallersQueue) {
     ASSERT_TRUE(frozen.Predict({rows, kDimension}, {expected}).ok());
     EXPECT_EQ(mean, expected);
     clReleaseEvent(done);
-
-    std::vector<double> matrix(4), on_host(4), inputs = {0.1, 0.2, 0.3, -0.4, 0.5, 0.6};
-    inputs.resize(2 * kDimension);
-    cl_mem points = clCreateBuffer(context, CL_MEM_COPY_HOST_PTR, inputs.size() * sizeof(double),
-                                   inputs.data(), &error);
-    cl_mem k = clCreateBuffer(context, CL_MEM_READ_WRITE, 4 * sizeof(double), nullptr, &error);
-    done = static_cast<cl_event>(
-        gp.EnqueueCovariances({points, 0, 2, 0}, {points, 0, 2, 0}, {k, 0, 2, 0}, queue).value());
-    EXPECT_EQ(clEnqueueReadBuffer(queue, k, CL_TRUE, 0, 4 * sizeof(double), matrix.data(), 1, &done,
-                                  nullptr),
-              CL_SUCCESS);
-    ASSERT_TRUE(gp.Covariances({inputs, kDimension}, {}, {on_host.data(), 2, 2}).ok());
-    for (int i = 0; i < 4; ++i) EXPECT_NEAR(matrix[i], on_host[i], 1e-14);
-    clReleaseEvent(done);
-    clReleaseMemObject(k);
-    clReleaseMemObject(points);
+    ExpectTheHostsKernelMatrix(gp, context, queue);
     clReleaseMemObject(means);
     clReleaseMemObject(places);
   }
