@@ -112,8 +112,13 @@ std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error
   if (is_extra) return absl::StrCat("unexpected argument '", app.remaining().front(), "'; ");
   const absl::string_view message = error.what();
   if (dynamic_cast<const CLI::ConfigError*>(&error) != nullptr) {
-    return absl::StrCat("unknown key '", absl::StripPrefix(message, "INI was not able to parse "),
-                        "' in the file of --config; ");
+    const std::string key(absl::StripPrefix(message, "INI was not able to parse "));
+    if (app.get_option_no_throw(kResearchFlag + key) != nullptr) {
+      return absl::StrCat("'", key,
+                          "' in the file of --config is a research setting: put it under [",
+                          kResearchTable, "]; ");
+    }
+    return absl::StrCat("unknown key '", key, "' in the file of --config; ");
   }
   return absl::StrCat(message, "; ");
 }
@@ -177,7 +182,8 @@ void AddAllFlags(Command& command, CLI::App& app, bool& print_config) {
       ->type_name("FILE")
       ->check(NoPipe());
   app.allow_config_extras(CLI::config_extras_mode::error);
-  app.add_flag("--print_config", print_config, "Print all flags as a file for --config and exit")
+  app.add_flag("--print_config", print_config,
+               "Print the flags that have a value as a file for --config and exit")
       ->configurable(false);
   app.footer(absl::StrCat("Example:\n", Indented(command.example())));
 }

@@ -80,12 +80,12 @@ def _suite_flags(parser):
     add = parser.add_argument
     add("folder", metavar="DIR", help="folder of sequences")
     add("-o", "--out", required=True, metavar="DIR",
-        help="folder for the runs and tables; existing runs are used or continued")
+        help="folder for the runs and tables; runs of the same program are used or continued")
     add("--profiles", default="default", metavar="NAMES", help="profiles of segment, by commas")
     add("--variant", action="append", default=[], metavar="NAME=FLAGS",
         help="one more way to segment: a name and flags, by spaces; may be repeated")
     add("--segment-flags", default="", metavar="FLAGS", help="further flags of segment, by spaces")
-    add("-j", "--jobs", type=int, default=0, help="sequences at a time; 0: one per core")
+    add("-j", "--jobs", type=int, default=0, help="sequences at a time; default: one per core")
     add("--max-frames", type=int, default=0, help="of each sequence; 0: all")
     add("--no-masks", dest="masks", action="store_false",
         help="do not make masks of each run by refine, and score them")
@@ -97,8 +97,8 @@ def _folds_flags(parser):
     parser.description = ("Cross-validation: suites of candidates, the old state first. Per fold "
                           "of clips the candidate is chosen that is best on the others.")
     parser.add_argument("suites", nargs="+", metavar="SUITE", help="folder or suite.csv")
-    parser.add_argument("--folds", type=int, default=5)
-    parser.add_argument("--figure", default="mean_auc", help="column of suite.csv; more is better")
+    parser.add_argument("--folds", type=int, default=5, help="number of folds; default: 5")
+    parser.add_argument("--figure", default="mean_auc", help="column of suite.csv, more is better; default: mean_auc")
 
 
 def _with_hyphens(argument):

@@ -51,6 +51,9 @@ def report(values, figure, folds):
     if values.shape[1] < 2:
         raise UsageError("one candidate only; give the old state first, then others")
     whole = values.dropna()
+    for name, column in values.items():
+        if column.isna().all():
+            raise UsageError(f"{name} has no value of {figure}; without --no-masks there are those of masks")
     clips = cross_validate(whole, folds)
     old, new = whole.iloc[:, 0], clips["held out"]
     text = f"{figure} by {folds} folds; the old state is {values.columns[0]}\n"

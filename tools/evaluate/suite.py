@@ -8,6 +8,7 @@ this program. The order of the results does not depend on durations.
 """
 
 import ctypes
+import hashlib
 import os
 import re
 import signal
@@ -95,11 +96,21 @@ def _run_sequence(sequence, profile, flags, options):
         return entry | {"error": str(error)}
 
 
+def _refuse_other_build(options):
+    """Runs that are there already are scored as they are, so they must be of this program."""
+    digest = hashlib.sha256(Path(options.program).read_bytes()).hexdigest()
+    book = Path(options.out) / "program.sha256"
+    if (Path(options.out) / "runs").exists() and (not book.exists() or book.read_text() != digest):
+        raise UsageError(f"the runs in {options.out} are of another build of egosieve; give another --out")
+    book.write_text(digest)
+
+
 def run_suite(sequences, variants, options):
     """An entry per sequence and variant, variants within sequences.
 
     options: those of an evaluation; program, out, jobs, segment_flags, max_frames, masks, quiet.
     """
+    _refuse_other_build(options)
     cores = len(os.sched_getaffinity(0))
     tasks = [(sequence, *variant) for sequence in sequences for variant in variants.items()]
     jobs = min(options.jobs or cores, len(tasks))

@@ -29,8 +29,9 @@ def read_table(path):
 
 
 def groups_of(table):
-    """((group, profile), rows) of each group and of "all", in alphabetical order."""
-    both = pandas.concat([table, table.assign(group="all")])
+    """((group, profile), rows) of each group of several sequences and of "all", in alphabetical order."""
+    count = table.groupby("group").sequence.transform("nunique")
+    both = pandas.concat([table[count > 1], table.assign(group="all")])
     return both.groupby(["group", "profile"], sort=True)
 
 
@@ -78,13 +79,13 @@ def summary(entries, table, without_truth):
 
 
 def to_markdown(entries, table):
-    """Per group and profile: mean and least value of the AUC, and of J if the truth is masks."""
+    """Per group and profile: means and least values; the maps' IoU if the truth is masks."""
     points = [entry.get("truth_kind") == "tracks" for entry in entries]
-    table = table.assign(j=table.mean_iou.mask(points))
-    text = ("| folder | profile | sequences | AUC, mean | AUC, least | J, mean | J, least |\n"
-            "|---|---|---|---|---|---|---|\n")
+    table = table.assign(mean_iou=table.mean_iou.mask(points))
+    text = ("| folder | profile | sequences | AUC, mean | AUC, least | IoU of the maps, mean | least "
+            "| J of the masks, mean | least |\n|---|---|---|---|---|---|---|---|---|\n")
     for (group, profile), rows in groups_of(table):
-        figures = (rows.mean_auc.mean(), rows.mean_auc.min(), rows.j.mean(), rows.j.min())
+        figures = [value for name in MAIN for value in (rows[name].mean(), rows[name].min())]
         cells = " | ".join("-" if pandas.isna(value) else f"{value:.3f}" for value in figures)
         scored = rows.error.isna().sum()
         text += f"| {group} | {profile} | {scored} of {len(rows)} | {cells} |\n"

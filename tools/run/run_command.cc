@@ -54,7 +54,7 @@ class RunCommand : public Command {
     app.add_option("-o,--out", segment_.directory,
                    "The folder for everything; default: out/NAME of INPUT")
         ->type_name("DIR");
-    segment_.given.AddFlags(app, {"camera", "from", "max_frames", "skip"});
+    segment_.given.AddFlags(app, {"camera", "from", "ignore", "max_frames", "skip", "to"});
     AddSwitch(app, "--video", "--no_video", has_video_, "Draw overlay.mp4");
     segment_.threads.AddFlag(app);
   }

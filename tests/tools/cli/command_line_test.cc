@@ -166,7 +166,9 @@ TEST(CommandLine, ResearchSettingsAreSetByNameOrFile) {
       "egosieve: --set weight has no value; give one as --set weight=VALUE; see egosieve sift "
       "--help\n");
   std::ofstream(path) << "weight = 0.25\n";
-  EXPECT_THAT(Invoke({"sift", "--config=" + path}), Says(2, "unknown key 'weight'"));
+  EXPECT_THAT(
+      Invoke({"sift", "--config=" + path}),
+      Says(2, "'weight' in the file of --config is a research setting: put it under [research]"));
 
   EXPECT_THAT(Invoke({"sift", "--help"}).out, Not(HasSubstr("Its weight")));
   EXPECT_THAT(Invoke({"sift", "--print_config"}).out,

@@ -234,14 +234,19 @@ class Suites(Case):
         _, text, _ = run('suite', self.root / 'drives', f'--out={out}', program, '--no-plots',
                          f'--against={self.root}/old.csv', '--quiet')
         self.assertRegex(text, r'\nmean +0\.\d{3} +0\.\d{3} +0\.125')
+        self.refused(2, 'another build', 'suite', self.root / 'drives', f'--out={out}',
+                     self.program('exit 3 # another'))
 
     def test_markdown(self):
         entries = [dict.fromkeys(figures.FIGURES) | {
             'sequence': f'g/{auc}', 'group': 'g', 'profile': 'default', 'truth_kind': kind, 'frames': 1,
-            'error': None, 'mean_auc': auc, 'mean_iou': auc / 2}
+            'error': None, 'mean_auc': auc, 'mean_iou': auc / 2, 'mask_j': 0.875}
             for auc, kind in ((0.5, 'masks'), (0.75, 'masks'), (0.25, 'tracks'))]
-        self.assertIn('| g | default | 3 of 3 | 0.500 | 0.250 | 0.312 | 0.250 |\n',
+        self.assertIn('| g | default | 3 of 3 | 0.500 | 0.250 | 0.312 | 0.250 | 0.875 | 0.875 |\n',
                       table.to_markdown(entries, table.to_frame(entries)))
+        alone = table.to_markdown(entries[:1], table.to_frame(entries[:1]))
+        self.assertNotIn('| g |', alone)
+        self.assertIn('| all | default | 1 of 1 |', alone)
 
     def test_refusals(self):
         self.refused(2, '--out', 'suite', self.root)
@@ -301,5 +306,7 @@ class Folds(Case):
         self.assertIn('left out, without a value everywhere: clip19', text)
         self.assertIn('mean over held-out clips: +0.1000\nthe change counts\n', text)
         self.refused(2, 'one candidate only', 'folds', self.root / 'a')
+        rows.assign(mask_j=np.nan).to_csv(self.root / 'b/suite.csv')
+        self.refused(2, 'no value of mask_j', 'folds', self.root / 'b', self.root / 'b/suite.csv', '--figure=mask_j')
         self.refused(2, 'no figure j', 'folds', self.root / 'a', self.root / 'b', '--figure=j')
         self.refused(3, 'no table', 'folds', self.root / 'c', self.root / 'b')

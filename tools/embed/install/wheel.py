@@ -21,8 +21,6 @@ Summary: Gaussian processes on OpenCL devices, and the segmentation of moving ob
 License: Apache-2.0
 Requires-Python: >=3.8
 Requires-Dist: numpy
-Provides-Extra: pocl
-Requires-Dist: pocl-binary-distribution; extra == "pocl"
 Description-Content-Type: text/markdown
 
 {description}"""

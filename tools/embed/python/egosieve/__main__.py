@@ -4,8 +4,6 @@ import os
 import sys
 from pathlib import Path
 
-from ._driver import use_packaged_driver
-
 
 def main():
     # In bin/ beside this file in a wheel, in bin/ above lib/python3.*/site-packages/egosieve where installed.
@@ -14,7 +12,6 @@ def main():
     program = next((path for path in paths if path.exists()), None)
     if program is None:
         sys.exit(f"egosieve: the program is neither of {', '.join(map(str, paths))}")
-    use_packaged_driver()
     os.execv(program, ["egosieve", *sys.argv[1:]])
 
 

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ._driver import use_packaged_driver
-
 _TYPES = {
     "int32": ctypes.c_int32, "int64": ctypes.c_int64, "uint64": ctypes.c_uint64, "double": ctypes.c_double,
     "char": ctypes.c_char, "char*": ctypes.c_char_p, "void*": ctypes.c_void_p,
@@ -74,7 +72,6 @@ def _load(name):
     # Beside this file in a wheel, in lib/ above lib/python3.*/site-packages/egosieve where installed.
     here = Path(__file__).resolve().parent
     paths = [folder / f"lib{name}.so.1" for folder in (here, here.parents[2])]
-    use_packaged_driver()
     for path in paths:
         if path.exists():
             return ctypes.CDLL(str(path))
