@@ -95,7 +95,7 @@ absl::StatusOr<kernels::PosteriorCounts> Posterior::EvaluateQueries(
   return EvaluateExtended(queries, outputs);
 }
 
-absl::StatusOr<cl_event> Posterior::Enqueue(const kernels::DeviceQueries& queries,
+absl::StatusOr<cl_event> Posterior::Enqueue(const kernels::BufferMatrix& queries,
                                             const kernels::DeviceOutputs& outputs,
                                             const kernels::DeviceCall& call) const {
   if (extension_ != nullptr) {

@@ -54,7 +54,7 @@ class Posterior {
 
   // (PO1) on the caller's queue, as in kernels/ops/dense_posterior.h. FailedPrecondition for
   // several outputs and for mean functions, which need the host.
-  absl::StatusOr<cl_event> Enqueue(const kernels::DeviceQueries& queries,
+  absl::StatusOr<cl_event> Enqueue(const kernels::BufferMatrix& queries,
                                    const kernels::DeviceOutputs& outputs,
                                    const kernels::DeviceCall& call) const;
 

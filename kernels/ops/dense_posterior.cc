@@ -31,7 +31,7 @@ class HostPosterior : public DensePosterior {
     return EvaluateQueries(queries, outputs);
   }
 
-  absl::StatusOr<cl_event> Enqueue(const DeviceQueries&, const DeviceOutputs&,
+  absl::StatusOr<cl_event> Enqueue(const BufferMatrix&, const DeviceOutputs&,
                                    const DeviceCall&) const override {
     return absl::FailedPreconditionError("the reference has no queues: open an OpenCL device");
   }

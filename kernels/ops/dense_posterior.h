@@ -47,15 +47,8 @@ struct PosteriorOutputs {
   float* probability = nullptr;
 };
 
-// Arrays of float32 in OpenCL buffers of the posterior's context
-// (kernels/runtime/opencl_context.h).
-struct DeviceQueries {
-  cl_mem memory = nullptr;
-  int64_t count = 0;   // M
-  int64_t first = 0;   // element where the first query begins
-  int64_t stride = 0;  // elements from one query to the next, at least D; 0: D
-};
-
+// Arrays in OpenCL buffers of the posterior's context (kernels/runtime/opencl_context.h), float32
+// unless said otherwise.
 struct DeviceOutput {
   cl_mem memory = nullptr;  // null: not computed, at no cost
   int64_t first = 0;        // element of the first value; the M values are contiguous
@@ -103,7 +96,7 @@ class DensePosterior {
   // they need: this object and the caller's handles may be released before. InvalidArgument for
   // handles of other contexts and for arrays that are too small. After an error, commands that were
   // enqueued before it may still write to the outputs.
-  virtual absl::StatusOr<cl_event> Enqueue(const DeviceQueries& queries,
+  virtual absl::StatusOr<cl_event> Enqueue(const BufferMatrix& queries,
                                            const DeviceOutputs& outputs,
                                            const DeviceCall& call) const = 0;
 

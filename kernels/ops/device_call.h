@@ -17,8 +17,8 @@ struct DeviceCall {
 // A matrix in a buffer: element (i, j) is at first + i stride + j.
 struct BufferMatrix {
   cl_mem memory = nullptr;
-  int64_t first = 0;
   int64_t rows = 0;
+  int64_t first = 0;
   int64_t stride = 0;  // at least the number of columns; 0: that number
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
@@ -54,9 +55,8 @@ absl::Status CheckDeviceArray(const Context& context, const char* name, cl_mem m
 
 absl::Status CheckBufferMatrix(const Context& context, const char* name, const BufferMatrix& matrix,
                                int64_t columns, int64_t bytes) {
-  constexpr int64_t kMost = int64_t{1} << 40;  // of rows, and of elements from one to the next
   const int64_t stride = matrix.stride == 0 ? columns : matrix.stride;
-  if (matrix.rows < 0 || matrix.rows > kMost || stride < columns || stride > kMost ||
+  if (matrix.rows < 0 || stride < columns ||
       matrix.rows > std::numeric_limits<int64_t>::max() / bytes / std::max<int64_t>(stride, 1)) {
     return absl::InvalidArgumentError(
         absl::StrFormat("%s: rows = %d, stride = %d; out of range for a matrix of %d columns", name,

@@ -18,8 +18,8 @@ namespace egosieve::kernels::opencl {
 // device.
 absl::Status CheckDeviceCall(const Context& context, const DeviceCall& call);
 
-// InvalidArgument, naming it, unless `elements` values of `bytes` each, from the element `first` on, lie
-// in a buffer of this context.
+// InvalidArgument, naming it, unless `elements` values of `bytes` each, from the element `first` on,
+// lie in a buffer of this context.
 absl::Status CheckDeviceArray(const Context& context, const char* name, cl_mem memory,
                               int64_t first, int64_t elements, int64_t bytes);
 // The same of a matrix of this many columns.

@@ -85,19 +85,18 @@ struct Chunk {
 };
 
 // InvalidArgument, naming the array, unless each belongs to this context and is large enough.
-absl::Status CheckArrays(const Context& context, int64_t dimension, const DeviceQueries& queries,
+absl::Status CheckArrays(const Context& context, int64_t dimension, const BufferMatrix& queries,
                          const DeviceOutputs& outputs) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckBufferMatrix(
-      context, "queries", {queries.memory, queries.first, queries.count, queries.stride}, dimension,
-      sizeof(float)));
+  EGOSIEVE_RETURN_IF_ERROR(
+      CheckBufferMatrix(context, "queries", queries, dimension, sizeof(float)));
   struct Named {
     const char* name;
     const DeviceOutput& output;
     int64_t elements;
   };
-  for (const Named& one : {Named{"mean", outputs.mean, queries.count},
-                           Named{"variance", outputs.variance, queries.count},
-                           Named{"probability", outputs.probability, queries.count},
+  for (const Named& one : {Named{"mean", outputs.mean, queries.rows},
+                           Named{"variance", outputs.variance, queries.rows},
+                           Named{"probability", outputs.probability, queries.rows},
                            Named{"clamped", outputs.clamped, 1}}) {
     if (one.output.memory == nullptr) continue;
     EGOSIEVE_RETURN_IF_ERROR(CheckDeviceArray(context, one.name, one.output.memory,
@@ -125,7 +124,7 @@ class OpenClPosterior : public DensePosterior {
                                            const PosteriorOutputs& outputs) const override {
     return EvaluateQueries(queries, outputs);
   }
-  absl::StatusOr<cl_event> Enqueue(const DeviceQueries& queries, const DeviceOutputs& outputs,
+  absl::StatusOr<cl_event> Enqueue(const BufferMatrix& queries, const DeviceOutputs& outputs,
                                    const DeviceCall& call) const override;
   std::string description() const override {
     return absl::StrCat(context_->info().name, ": float32, ",
@@ -168,7 +167,7 @@ class OpenClPosterior : public DensePosterior {
              const std::vector<cl::Event>* after = nullptr, cl::Event* done = nullptr) const;
   // Throws cl::Error. Each command waits for `last` and then becomes `last`.
   void EnqueueChunks(Launch& launch, cl::Kernel& prepare, Workspace& workspace,
-                     const DeviceQueries& queries, const DeviceOutputs& outputs,
+                     const BufferMatrix& queries, const DeviceOutputs& outputs,
                      const cl::CommandQueue& queue, std::vector<cl::Event>& last) const;
 
   std::shared_ptr<Context> context_;
@@ -269,7 +268,7 @@ absl::StatusOr<PosteriorCounts> OpenClPosterior::EvaluateQueries(
 }
 
 void OpenClPosterior::EnqueueChunks(Launch& launch, cl::Kernel& prepare, Workspace& workspace,
-                                    const DeviceQueries& queries, const DeviceOutputs& outputs,
+                                    const BufferMatrix& queries, const DeviceOutputs& outputs,
                                     const cl::CommandQueue& queue,
                                     std::vector<cl::Event>& last) const {
   const PosteriorTiling& tiling = launch.tiling;
@@ -285,8 +284,8 @@ void OpenClPosterior::EnqueueChunks(Launch& launch, cl::Kernel& prepare, Workspa
       queries.stride == 0 ? model_->covariance().input_dimension() : queries.stride;
   cl::Event done;
   const auto next = [&] { last = {done}; };
-  for (int64_t begin = 0; begin < queries.count; begin += tiling.chunk_queries) {
-    const int64_t count = std::min(tiling.chunk_queries, queries.count - begin);
+  for (int64_t begin = 0; begin < queries.rows; begin += tiling.chunk_queries) {
+    const int64_t count = std::min(tiling.chunk_queries, queries.rows - begin);
     // The tile counter, and for the first chunk also the number of clamped variances.
     queue.enqueueFillBuffer(counters, cl_int{0}, 0, (begin == 0 ? 2 : 1) * sizeof(cl_int), &last,
                             &done);
@@ -312,7 +311,7 @@ void OpenClPosterior::EnqueueChunks(Launch& launch, cl::Kernel& prepare, Workspa
   }
 }
 
-absl::StatusOr<cl_event> OpenClPosterior::Enqueue(const DeviceQueries& queries,
+absl::StatusOr<cl_event> OpenClPosterior::Enqueue(const BufferMatrix& queries,
                                                   const DeviceOutputs& outputs,
                                                   const DeviceCall& call) const {
   const int mask = OutputMask(outputs);
@@ -333,8 +332,8 @@ absl::StatusOr<cl_event> OpenClPosterior::Enqueue(const DeviceQueries& queries,
   return EnqueueCall(
       kDoing, call, std::move(in_use),
       [&](const cl::CommandQueue& queue, std::vector<cl::Event>& last) {
-        if (mask == 0 || queries.count == 0) return Mark(queue, last);
-        const PosteriorTiling tiling = shapes_.Tile(*context_, kind, model_->count(), queries.count,
+        if (mask == 0 || queries.rows == 0) return Mark(queue, last);
+        const PosteriorTiling tiling = shapes_.Tile(*context_, kind, model_->count(), queries.rows,
                                                     MemoryCapBytes(options_, *context_));
         Launch launch{
             kernel, tiling, mask,

@@ -31,7 +31,7 @@ class SharedPosterior : public DensePosterior {
     return EvaluateQueries(queries, outputs);
   }
 
-  absl::StatusOr<cl_event> Enqueue(const DeviceQueries&, const DeviceOutputs&,
+  absl::StatusOr<cl_event> Enqueue(const BufferMatrix&, const DeviceOutputs&,
                                    const DeviceCall&) const override {
     return absl::FailedPreconditionError(
         "a queue belongs to one device; this posterior lies on several");

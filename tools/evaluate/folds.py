@@ -53,7 +53,7 @@ def report(values, figure, folds):
     whole = values.dropna()
     for name, column in values.items():
         if column.isna().all():
-            raise UsageError(f"{name} has no value of {figure}; without --no-masks there are those of masks")
+            raise UsageError(f"{name} has no value of {figure}; those of masks need a suite without --no-masks")
     clips = cross_validate(whole, folds)
     old, new = whole.iloc[:, 0], clips["held out"]
     text = f"{figure} by {folds} folds; the old state is {values.columns[0]}\n"

@@ -96,16 +96,20 @@ TEST(MatrixProduct, TakesTransposedOperands) {
 TEST(MatrixProduct, BitsDoNotDependOnTheRowsAndColumnsComputedTogether) {
   std::mt19937_64 generator = TestGenerator();
   const RowMatrix a = RandomPoints(130, 700, generator), b = RandomPoints(700, 230, generator);
-  RowMatrix whole = RandomPoints(130, 230, generator), parts = whole;
-  AddProduct(-1, AsIs(ViewOf(a)), AsIs(ViewOf(b)), 700, ViewOf(whole));
-  for (int64_t i = 0; i < 130; i += 37) {
-    for (int64_t j = 0; j < 230; j += 51) {
-      const int64_t rows = std::min<int64_t>(37, 130 - i), columns = std::min<int64_t>(51, 230 - j);
-      AddProduct(-1, {a.row(i).data(), 700, 1}, {b.data() + j, 230, 1}, 700,
-                 {parts.data() + i * 230 + j, rows, columns, 230});
+  const RowMatrix before = RandomPoints(130, 230, generator);
+  for (const ProductFunction product : ProductsOfThisProcessor()) {
+    RowMatrix whole = before, parts = before;
+    product(-1, AsIs(ViewOf(a)), AsIs(ViewOf(b)), 700, ViewOf(whole));
+    for (int64_t i = 0; i < 130; i += 37) {
+      for (int64_t j = 0; j < 230; j += 51) {
+        const int64_t rows = std::min<int64_t>(37, 130 - i);
+        const int64_t columns = std::min<int64_t>(51, 230 - j);
+        product(-1, {a.row(i).data(), 700, 1}, {b.data() + j, 230, 1}, 700,
+                {parts.data() + i * 230 + j, rows, columns, 230});
+      }
     }
+    EXPECT_EQ(whole, parts);
   }
-  EXPECT_EQ(whole, parts);
 }
 
 TEST(MatrixProduct, LeavesAnEmptyOneAlone) {

@@ -82,7 +82,7 @@ class DeviceQueueTest : public PosteriorTest {
 };
 
 // Calls, waits, and gives the status.
-absl::Status EnqueueAndWait(const DensePosterior& posterior, const DeviceQueries& queries,
+absl::Status EnqueueAndWait(const DensePosterior& posterior, const BufferMatrix& queries,
                             const DeviceOutputs& outputs, const DeviceCall& call) {
   const auto event = posterior.Enqueue(queries, outputs, call);
   if (!event.ok()) return event.status();
@@ -222,7 +222,7 @@ TEST_P(DeviceQueueTest, RefusesWhatDoesNotFit) {
   const auto posterior = Make(caller.adopted);
   const cl::Buffer queries = caller.Filled(queries_), foreign = stranger.Filled(queries_);
   const cl::Buffer mean = caller.Filled(std::vector<float>(kQueries, kUntouched));
-  const auto message = [&](const DeviceQueries& at, const DeviceOutputs& outputs,
+  const auto message = [&](const BufferMatrix& at, const DeviceOutputs& outputs,
                            const DeviceCall& call) {
     const absl::Status status = EnqueueAndWait(*posterior, at, outputs, call);
     EXPECT_THAT(status, IsInvalid());
@@ -230,7 +230,7 @@ TEST_P(DeviceQueueTest, RefusesWhatDoesNotFit) {
   };
   DeviceOutputs good;
   good.mean.memory = mean();
-  const DeviceQueries all{queries(), kQueries};
+  const BufferMatrix all{queries(), kQueries};
   const DeviceCall call{caller.queue()};
   EXPECT_EQ(message(all, good, {}).rfind("queue", 0), 0u);
   EXPECT_EQ(message(all, good, {stranger.queue()}).rfind("queue", 0), 0u);

@@ -106,7 +106,7 @@ egosieve_status egosieve_gp_enqueue_covariances(egosieve_gp* gp, const egosieve_
     RequirePointer("x", x);
     RequirePointer("k", k);
     const auto matrix = [](const egosieve_device_matrix& m) {
-      return kernels::BufferMatrix{static_cast<cl_mem>(m.memory), m.first, m.rows, m.stride};
+      return kernels::BufferMatrix{static_cast<cl_mem>(m.memory), m.rows, m.first, m.stride};
     };
     const std::vector<cl_event> events = EventsOf("wait", wait, wait_count);
     GiveEvent(Take(kernels::EnqueueCrossCovariance(

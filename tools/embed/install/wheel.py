@@ -32,6 +32,21 @@ Root-Is-Purelib: false
 Tag: {tag}
 """
 
+# A module beside the package: importing that would load its libraries first.
+PROGRAM = b"""\
+import os
+import sys
+from pathlib import Path
+
+
+def main():
+    os.execv(Path(__file__).resolve().parent / "egosieve" / "bin" / "egosieve", ["egosieve", *sys.argv[1:]])
+
+
+if __name__ == "__main__":
+    main()
+"""
+
 
 def contents_of(archive):
     """The wheel's files by name, and the library's version."""
@@ -58,7 +73,8 @@ def write_wheel(archive, folder):
     information = f"egosieve-{version}.dist-info"
     files[f"{information}/METADATA"] = METADATA.format(version=version, description=description).encode()
     files[f"{information}/WHEEL"] = WHEEL.format(tag=tag).encode()
-    files[f"{information}/entry_points.txt"] = b"[console_scripts]\negosieve = egosieve.__main__:main\n"
+    files["egosieve_program.py"] = PROGRAM
+    files[f"{information}/entry_points.txt"] = b"[console_scripts]\negosieve = egosieve_program:main\n"
     record = ""
     for name, content in sorted(files.items()):
         digest = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()

@@ -309,7 +309,7 @@ for item in wheel.infolist(): os.chmod("site/" + item.filename, item.external_at
                  "print(g.fit([[0.0]], [1.0]).predict([[0.0]])[0]); egosieve.Segmenter()'",
                  "PYTHONPATH='" + folder + "/site'");
   EXPECT_EQ(ran.code, 0) << ran.output;
-  ran = RunClean(folder, "python3 -m egosieve devices", "PYTHONPATH='" + folder + "/site'");
+  ran = RunClean(folder, "python3 -m egosieve_program devices", "PYTHONPATH='" + folder + "/site'");
   EXPECT_EQ(ran.code, 0) << ran.output;
   EXPECT_NE(ran.output.find("reference"), std::string::npos) << ran.output;
 }
