@@ -10,10 +10,10 @@ _unit = rule(
     attrs = {"srcs": attr.label_list(allow_files = [".cc"])},
 )
 
-def unit_library(name, srcs, hdrs, deps, sources_per_unit = 6):
+def unit_library(name, srcs, hdrs, deps, sources_per_unit = 12, **attributes):
     """A cc_library: most of a source's time is that of reading headers, and a unit reads them once.
 
-    Names of anonymous namespaces must differ within a library.
+    Names of anonymous namespaces must differ within a library. attributes: others of cc_library.
     """
     sources = [source for source in srcs if source.endswith(".cc")]
     units = []
@@ -27,4 +27,5 @@ def unit_library(name, srcs, hdrs, deps, sources_per_unit = 6):
         hdrs = hdrs,
         textual_hdrs = sources,
         deps = deps,
+        **attributes
     )

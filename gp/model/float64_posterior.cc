@@ -22,10 +22,10 @@ namespace {
 using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
-constexpr int64_t kTile = 768;         // queries at a time
-constexpr int64_t kGroup = 48;         // of them on a thread at a time
-constexpr int64_t kPanel = 128;        // columns of the factor
-constexpr int64_t kSubstitution = 16;  // columns solved by substitution
+constexpr int64_t kFloat64QueryTile = 768;  // queries at a time
+constexpr int64_t kGroup = 48;              // of them on a thread at a time
+constexpr int64_t kPanel = 128;             // columns of the factor
+constexpr int64_t kSubstitution = 16;       // columns solved by substitution
 
 // X := X L^-T for a factor L, X R^T for R; `room` has X's shape. All products are those of
 // matrix_product.h, whose bits do not depend on the number of rows (AppendRows' do).
@@ -160,11 +160,11 @@ absl::StatusOr<int64_t> Float64Posterior::EvaluateOnHost(ConstMatrixView<double>
   const int64_t n = factor_.values.rows, k = weights_.outputs, q = weights_.basis;
   const bool solves = factor_.kind == kernels::FactorKind::kCholesky;
   int64_t clamped = 0;
-  AlignedMatrix cross(std::min(kTile, queries.rows), n);
+  AlignedMatrix cross(std::min(kFloat64QueryTile, queries.rows), n);
   std::vector<double> lefts(cross.rows());
-  for (int64_t begin = 0; begin < queries.rows; begin += kTile) {
+  for (int64_t begin = 0; begin < queries.rows; begin += kFloat64QueryTile) {
     const ConstMatrixView<double> tile =
-        queries.rows_between(begin, std::min(begin + kTile, queries.rows));
+        queries.rows_between(begin, std::min(begin + kFloat64QueryTile, queries.rows));
     EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance<double>(*context_, covariance, tile, inputs(),
                                                               cross.block(tile.rows, n)));
     const double flops = tile.rows * (2.0 * n * (k + q) + (variances == nullptr ? 0.0 : n * n));
@@ -261,8 +261,8 @@ absl::StatusOr<InputGradients> Float64Posterior::PredictGradients(ConstMatrixVie
   }
   if (what == PredictWhat::kMean) return gradients;
   gradients.variance.resize(points.rows * dimension);
-  for (int64_t begin = 0; begin < points.rows; begin += kTile) {
-    const int64_t end = std::min(begin + kTile, points.rows);
+  for (int64_t begin = 0; begin < points.rows; begin += kFloat64QueryTile) {
+    const int64_t end = std::min(begin + kFloat64QueryTile, points.rows);
     EGOSIEVE_RETURN_IF_ERROR(
         VarianceGradients(points.rows_between(begin, end),
                           {&gradients.variance[begin * dimension], end - begin, dimension}));

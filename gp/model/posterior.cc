@@ -15,7 +15,7 @@ namespace {
 
 using kernels::ConstMatrixView;
 
-constexpr int64_t kTile = 512;  // queries at a time
+constexpr int64_t kQueryTile = 512;  // queries at a time
 
 // M x D in float64.
 template <typename Query>
@@ -149,9 +149,9 @@ absl::Status Posterior::EvaluateExtension(ConstMatrixView<Query> queries, float*
   const RegressionWeights& weights = extension_->weights;
   const int64_t dimension = hyperparameters_.covariance.input_dimension();
   const ConstMatrixView<double> inputs(extension_->inputs.data(), size_, dimension);
-  AlignedMatrix cross(std::min(kTile, queries.rows), size_);
-  for (int64_t begin = 0; begin < queries.rows; begin += kTile) {
-    const int64_t end = std::min(begin + kTile, queries.rows);
+  AlignedMatrix cross(std::min(kQueryTile, queries.rows), size_);
+  for (int64_t begin = 0; begin < queries.rows; begin += kQueryTile) {
+    const int64_t end = std::min(begin + kQueryTile, queries.rows);
     const std::vector<double> wide = WideRows(queries, begin, end);
     const ConstMatrixView<double> points(wide.data(), end - begin, dimension);
     EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance<double>(

@@ -23,7 +23,7 @@ namespace {
 using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
-constexpr int64_t kTile = 128;
+constexpr int64_t kInducingTile = 128;
 
 void SetIdentity(MatrixView<double> a) {
   for (int64_t i = 0; i < a.rows; ++i) {
@@ -89,7 +89,7 @@ void AddTerms(ConstMatrixView<double> v, const double* lambda, double sign, Matr
         tile::Block(ConstMatrixView<double>(scaled.view()), 0, column, v.rows, columns),
         tile::Block(a, row, column, rows, columns));
   };
-  ForEachLowerTile(m, kTile, 1.0 * m * m * v.rows, add);
+  ForEachLowerTile(m, kInducingTile, 1.0 * m * m * v.rows, add);
 }
 
 void AddTargetTerms(const double* v, const double* lambda, const double* targets, int64_t count,

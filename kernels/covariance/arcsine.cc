@@ -54,7 +54,7 @@ constexpr double kSmallestQuarter = 1e-30;
 // $C: number of components. $B: the h below which the dot product's rounding exceeds 1e-6
 // (arcsine.h); there h comes from the difference of vectors, lane by lane. $DOT_SUFFICES: no lane
 // can be below.
-constexpr char kPreparationCode[] = R"(
+constexpr char kArcsinePreparation[] = R"(
 static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
   double half_norm = scales[0] * scales[0];
   for (int d = 0; d < $D; ++d) {
@@ -69,7 +69,7 @@ static inline void prepare_point@(const double* scales, const double* x, const d
 }
 )";
 
-constexpr char kDeviceCode[] = R"(
+constexpr char kArcsineCode[] = R"(
 // 4 times this is z. Two chains: half the latency and half the rounding of one.
 static inline REALV half_vectors_dot@(const REALV* a, POINT_SPACE const REAL* b) {
   REALV even = a[0] * b[0];
@@ -193,7 +193,7 @@ class Arcsine : public CovarianceDescription {
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     const int64_t components = request.dimension + 1;
     return WithSuffix(
-        absl::StrReplaceAll(kDeviceCode,
+        absl::StrReplaceAll(kArcsineCode,
                             {{"$C", absl::StrCat(components)},
                              {"$B", absl::StrFormat("%.9f", DifferenceThreshold(components))},
                              {"$DOT_SUFFICES", DotSuffices(request) ? "1" : "0"}}),
@@ -201,7 +201,7 @@ class Arcsine : public CovarianceDescription {
   }
   std::string PreparationCode(const DeviceCodeRequest& request) const override {
     return WithSuffix(
-        absl::StrReplaceAll(kPreparationCode,
+        absl::StrReplaceAll(kArcsinePreparation,
                             {{"$SMALLEST", absl::StrFormat("%.17g", kSmallestQuarter)}}),
         request);
   }
@@ -246,7 +246,7 @@ class Arcsine : public CovarianceDescription {
   }
 };
 
-const CovarianceRegistration kRegistration("arcsine", std::make_unique<Arcsine>());
+const CovarianceRegistration kArcsineRegistration("arcsine", std::make_unique<Arcsine>());
 
 }  // namespace
 }  // namespace egosieve::kernels

@@ -8,12 +8,12 @@
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kPreparationCode[] = R"(
+constexpr char kConstantPreparation[] = R"(
 static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
 }
 )";
 
-constexpr char kDeviceCode[] = R"(
+constexpr char kConstantCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) { return (REALV)1; }
 static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, const REALV k, const REALV weight,
                                  REALV* sums) {}
@@ -29,14 +29,14 @@ class Constant : public Scaleless {
     return 1.0;
   }
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kDeviceCode, request);
+    return WithSuffix(kConstantCode, request);
   }
   std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kPreparationCode, request);
+    return WithSuffix(kConstantPreparation, request);
   }
 };
 
-const CovarianceRegistration kRegistration("constant", std::make_unique<Constant>());
+const CovarianceRegistration kConstantRegistration("constant", std::make_unique<Constant>());
 
 }  // namespace
 }  // namespace egosieve::kernels

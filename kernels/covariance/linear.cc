@@ -13,13 +13,13 @@
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kPreparationCode[] = R"(
+constexpr char kLinearPreparation[] = R"(
 static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
   for (int d = 0; d < $D; ++d) point[d] = scales[d] * x[d];
 }
 )";
 
-constexpr char kDeviceCode[] = R"(
+constexpr char kLinearCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
   REALV sum = (REALV)0;
   UNROLL for (int c = 0; c < $D; ++c) sum = fma(a[c], (REALV)b[c], sum);
@@ -75,14 +75,14 @@ class Linear : public CovarianceDescription {
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kDeviceCode, request);
+    return WithSuffix(kLinearCode, request);
   }
   std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kPreparationCode, request);
+    return WithSuffix(kLinearPreparation, request);
   }
 };
 
-const CovarianceRegistration kRegistration("linear", std::make_unique<Linear>());
+const CovarianceRegistration kLinearRegistration("linear", std::make_unique<Linear>());
 
 }  // namespace
 }  // namespace egosieve::kernels

@@ -19,7 +19,7 @@
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kPreparationCode[] = R"(
+constexpr char kPeriodicPreparation[] = R"(
 static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
   for (int d = 0; d < $D; ++d) {
     const double angle = 2.0 * M_PI * ((x[d] - centre[d]) / scales[$D + d]);
@@ -30,7 +30,7 @@ static inline void prepare_point@(const double* scales, const double* x, const d
 }
 )";
 
-constexpr char kDeviceCode[] = R"(
+constexpr char kPeriodicCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
   REALV square = (REALV)0;
   UNROLL for (int c = 0; c < 2 * $D; ++c) {
@@ -102,10 +102,10 @@ class Periodic : public CovarianceDescription {
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(absl::StrCat(kUnitVarianceCode, kDeviceCode), request);
+    return WithSuffix(absl::StrCat(kUnitVarianceCode, kPeriodicCode), request);
   }
   std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kPreparationCode, request);
+    return WithSuffix(kPeriodicPreparation, request);
   }
 
  private:
@@ -114,7 +114,7 @@ class Periodic : public CovarianceDescription {
   }
 };
 
-const CovarianceRegistration kRegistration("periodic", std::make_unique<Periodic>());
+const CovarianceRegistration kPeriodicRegistration("periodic", std::make_unique<Periodic>());
 
 }  // namespace
 }  // namespace egosieve::kernels

@@ -17,7 +17,7 @@
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kPreparationCode[] = R"(
+constexpr char kRationalQuadraticPreparation[] = R"(
 static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
   scale_differences@(scales + 1, x, centre, 1.0, point);
   const double divisor = sqrt(2.0 * scales[0]);
@@ -26,7 +26,7 @@ static inline void prepare_point@(const double* scales, const double* x, const d
 }
 )";
 
-constexpr char kDeviceCode[] = R"(
+constexpr char kRationalQuadraticCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
   return exp_of_negative(-a[$D] * log1p(squared_distance@(a, b)));
 }
@@ -77,12 +77,12 @@ class RationalQuadratic : public ScaledDifference {
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(
-        absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, kDeviceCode),
-        request);
+    return WithSuffix(absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode,
+                                   kRationalQuadraticCode),
+                      request);
   }
   std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(absl::StrCat(kScaleDifferencesCode, kPreparationCode), request);
+    return WithSuffix(absl::StrCat(kScaleDifferencesCode, kRationalQuadraticPreparation), request);
   }
 
  protected:
@@ -91,8 +91,8 @@ class RationalQuadratic : public ScaledDifference {
   }
 };
 
-const CovarianceRegistration kRegistration("rational_quadratic",
-                                           std::make_unique<RationalQuadratic>());
+const CovarianceRegistration kRationalQuadraticRegistration("rational_quadratic",
+                                                            std::make_unique<RationalQuadratic>());
 
 }  // namespace
 }  // namespace egosieve::kernels

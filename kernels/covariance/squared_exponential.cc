@@ -14,7 +14,7 @@
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kDeviceCode[] = R"(
+constexpr char kSquaredExponentialCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
   return exp_of_negative(squared_distance@(a, b) * (REALV)-0.5f);
 }
@@ -34,9 +34,9 @@ class SquaredExponential : public ScaledDifference {
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(
-        absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, kDeviceCode),
-        request);
+    return WithSuffix(absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode,
+                                   kSquaredExponentialCode),
+                      request);
   }
 
  protected:
@@ -45,8 +45,8 @@ class SquaredExponential : public ScaledDifference {
   }
 };
 
-const CovarianceRegistration kRegistration("squared_exponential",
-                                           std::make_unique<SquaredExponential>());
+const CovarianceRegistration kSquaredExponentialRegistration(
+    "squared_exponential", std::make_unique<SquaredExponential>());
 
 }  // namespace
 }  // namespace egosieve::kernels

@@ -15,13 +15,13 @@
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kPreparationCode[] = R"(
+constexpr char kWhitePreparation[] = R"(
 static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
   for (int d = 0; d < $D; ++d) point[d] = x[d] - centre[d];
 }
 )";
 
-constexpr char kDeviceCode[] = R"(
+constexpr char kWhiteCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
   REALV distance = (REALV)0;
   UNROLL for (int c = 0; c < $D; ++c) distance = fmax(distance, fabs(a[c] - b[c]));
@@ -42,14 +42,14 @@ class White : public Scaleless {
     return std::equal(a, a + dimension, b) ? 1.0 : 0.0;
   }
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(absl::StrCat(kUnitVarianceCode, kDeviceCode), request);
+    return WithSuffix(absl::StrCat(kUnitVarianceCode, kWhiteCode), request);
   }
   std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kPreparationCode, request);
+    return WithSuffix(kWhitePreparation, request);
   }
 };
 
-const CovarianceRegistration kRegistration("white", std::make_unique<White>());
+const CovarianceRegistration kWhiteRegistration("white", std::make_unique<White>());
 
 }  // namespace
 }  // namespace egosieve::kernels

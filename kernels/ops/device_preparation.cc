@@ -9,7 +9,7 @@ namespace egosieve::kernels::opencl {
 namespace {
 
 // Points per group, always the same, because PoCL compiles a kernel anew for every group size.
-constexpr int64_t kGroup = 64;
+constexpr int64_t kPreparationGroup = 64;
 
 std::string CodeOf(const CovarianceParameters& parameters) {
   DeviceCodeRequest request;
@@ -57,9 +57,9 @@ cl::Event DevicePreparation::Enqueue(cl::Kernel& kernel, const cl::CommandQueue&
                cl_long{points.count}, cl_long{out.padded_count}, buffer_, out.buffer,
                cl_long{out.component_step}, cl_long{out.point_step});
   cl::Event done;
-  const int64_t groups = (out.padded_count + kGroup - 1) / kGroup;
-  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * kGroup),
-                             cl::NDRange(kGroup), &after, &done);
+  const int64_t groups = (out.padded_count + kPreparationGroup - 1) / kPreparationGroup;
+  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * kPreparationGroup),
+                             cl::NDRange(kPreparationGroup), &after, &done);
   return done;
 }
 

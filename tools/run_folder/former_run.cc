@@ -13,6 +13,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/folder_lock.h"
+#include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
 namespace {
@@ -20,7 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 using kernels::NameOfTemporary;
 
-constexpr char kDescription[] = "run.json";
 constexpr const char* kFolders[] = {"plots", "log", "grid",   "full", "frames",
                                     "masks", "ids", "render", "model"};
 
@@ -75,7 +75,7 @@ absl::StatusOr<std::vector<std::string>> RemoveFormerRun(const std::string& path
       const fs::path file = folder / name, own = folder / (whole.empty() ? name : whole);
       const fs::file_status status = fs::symlink_status(root / file, error);
       if (IsOwnPath(own.string()) && fs::is_regular_file(status)) {
-        if (own == kDescription) {
+        if (own == RunFolder::kDescription) {
           last.push_back(name);
         } else {
           EGOSIEVE_RETURN_IF_ERROR(Remove(root / file));
@@ -107,7 +107,7 @@ absl::StatusOr<bool> IsBarelyBegun(const std::string& path) {
     std::error_code error;
     const bool empty_grid =
         name == "grid" && fs::is_directory(entry, error) && fs::is_empty(entry, error) && !error;
-    if (!empty_grid && NameOfTemporary(name) != kDescription) return false;
+    if (!empty_grid && NameOfTemporary(name) != RunFolder::kDescription) return false;
   }
   return true;
 }

@@ -61,7 +61,7 @@ class RunFolder {
  public:
   static constexpr char kOwnVehicle[] = "own_vehicle.png", kIgnored[] = "ignored.png",
                         kFixedPattern[] = "fixed_pattern.png", kWindscreen[] = "windscreen.png",
-                        kRecorded[] = "frames";
+                        kRecorded[] = "frames", kDescription[] = "run.json";
 
   // The lock of FolderLock::Take on a folder that Create or Open will accept, made if there is
   // none. None for a folder that Create refuses: no lock file is made in another's folder.

@@ -11,7 +11,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kMostLogRatio = 12.0;
+constexpr double kMostMovingRatio = 12.0;
 constexpr double kSpeedChange = 0.5;  // of a mover between two pairs, a share of its speed
 
 // Motion of a place away from its epipolar line, pixels per picture.
@@ -57,7 +57,7 @@ double LogRatio(const CalibratedPair& pair, const PointPair& place, bool is_unbo
   } else {
     drift = {true, across / pair.pictures * likelihood.normal, noise / std::abs(pair.pictures)};
   }
-  ratio = std::clamp(ratio, -kMostLogRatio, kMostLogRatio);
+  ratio = std::clamp(ratio, -kMostMovingRatio, kMostMovingRatio);
   if (!pair.support || ratio <= 0.0) return ratio;
   const std::optional<double> seen = pair.support->LogRatioOnSegment(
       PlaceOf(place.x1, place.y1), PlaceOf(place.x2, place.y2), SegmentOf(likelihood));

@@ -14,7 +14,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kSlack = 0.25;  // of the road's inverse depth: hollows and slopes far ahead
-constexpr double kMostLogRatio = 6.0;
+constexpr double kMostRoadRatio = 6.0;
 constexpr double kLeastDepth = 0.1;  // in the first frame, of the depth in the second
 // Of a surface: the share of its columns with a contact for which its ratio counts in full; the
 // greatest factor by which the ratio grows with their number; and the greatest rise above the
@@ -24,7 +24,7 @@ constexpr double kEnoughColumns = 0.5, kMostWeight = 1.5, kSurfaceRise = 1.5;
 // As (F2), with Gaussian tails, because the deviations already include the unevenness of roads.
 double RoadLogRatio(double z) {
   if (!(z < 0.0)) return 0.0;
-  return std::min(kMostLogRatio, -std::log(std::erfc(-z / std::sqrt(2.0))));
+  return std::min(kMostRoadRatio, -std::log(std::erfc(-z / std::sqrt(2.0))));
 }
 
 // Ground contacts of the columns of one surface.

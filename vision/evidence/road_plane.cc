@@ -10,9 +10,9 @@
 namespace egosieve::vision {
 namespace {
 
-// The road is searched for among rays at least kLeastFall below the horizon and near the middle of
+// The road is searched for among rays at least kLeastRoadFall below the horizon and near the middle of
 // the image; the width grows with the distance below the horizon.
-constexpr double kLeastFall = 0.04;
+constexpr double kLeastRoadFall = 0.04;
 constexpr double kMostAcross = 0.15, kMostHorizon = 0.25;  // of a camera on a car
 constexpr double kSlopeChange = 0.03;                      // between frames: a jolt
 // Least inverse depth of a candidate, in deviations. Blank road and own vehicle have zero flow, and
@@ -46,7 +46,7 @@ std::vector<size_t> Candidates(const std::vector<InverseDepth>& points, const Ro
     const InverseDepth& point = points[i];
     const double fall = point.ray(1) - horizon;
     if (point.valid && point.is_textured && point.moves &&
-        point.value > kLeastNear * point.deviation && fall > kLeastFall &&
+        point.value > kLeastNear * point.deviation && fall > kLeastRoadFall &&
         std::abs(point.ray(0)) < 0.15 + 1.5 * fall) {
       candidates.push_back(i);
     }

@@ -6,7 +6,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kStiffness = 7.0;  // pixels
-constexpr int kRounds = 5;
+constexpr int kMotionRounds = 5;
 
 cv::Point2d Times(const cv::Matx22d& matrix, cv::Point2d p) {
   return {matrix(0, 0) * p.x + matrix(0, 1) * p.y, matrix(1, 0) * p.x + matrix(1, 1) * p.y};
@@ -36,7 +36,7 @@ MoverMotion FitMotion(const std::vector<cv::Point2f>& places,
   }
   motion.centre /= static_cast<double>(places.size());
   motion.shift = {Median(along_x), Median(along_y)};
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kMotionRounds; ++round) {
     cv::Matx33d normal = cv::Matx33d::zeros();
     cv::Matx<double, 3, 2> right = cv::Matx<double, 3, 2>::zeros();
     for (size_t i = 0; i < places.size(); ++i) {

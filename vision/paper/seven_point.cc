@@ -8,7 +8,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kRankTolerance = 1e-9;
+constexpr double kLeastPivot = 1e-9;
 
 using Constraints = Eigen::Matrix<double, 7, 9, Eigen::RowMajor>;
 using Coefficients = Eigen::Matrix<double, 9, 1>;
@@ -30,7 +30,7 @@ bool NullSpace(Constraints a, Coefficients& first, Coefficients& second) {
     int row = step, best = step;
     const double pivot = a.bottomRightCorner(7 - step, 9 - step).cwiseAbs().maxCoeff(&row, &best);
     if (step == 0) largest = pivot;
-    if (!(pivot > kRankTolerance * largest)) return false;
+    if (!(pivot > kLeastPivot * largest)) return false;
     a.row(step).swap(a.row(step + row));
     a.col(step).swap(a.col(step + best));
     std::swap(column[step], column[step + best]);
