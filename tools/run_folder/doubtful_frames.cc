@@ -69,8 +69,8 @@ void DoubtfulFrames::Add(const FrameLine& line) {
 
 std::string DoubtfulFrames::Sentence() const {
   if (count_ == 0) return "";
-  return absl::StrCat(count_, " of ", frames_, " frames are unreliable, most often: ",
-                      doubts_.MostFrequentFirst().front().first);
+  return absl::StrCat(count_, " of ", frames_, " frames ", count_ == 1 ? "is" : "are",
+                      " unreliable, most often: ", doubts_.MostFrequentFirst().front().first);
 }
 
 std::string DoubtfulFrames::TooFewLearnt() const {

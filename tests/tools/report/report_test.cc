@@ -158,7 +158,7 @@ TEST(MakeReportPage, EscapesWhatComesFromOutside) {
   EXPECT_THAT(page, Not(HasSubstr("</script><b>")));
   EXPECT_THAT(page, HasSubstr("Dygraph"));
   const auto contents = ContentsOf(page);
-  EXPECT_EQ(contents["about"][2][0], "1 of 3 frames are unreliable, most often: <i>9 & 10</i>");
+  EXPECT_EQ(contents["about"][2][0], "1 of 3 frames is unreliable, most often: <i>9 & 10</i>");
   EXPECT_EQ(contents["sections"][0]["table"]["rows"][0][0], "<b>7 & 8</b>");
 }
 
