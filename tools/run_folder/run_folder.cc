@@ -122,7 +122,7 @@ absl::StatusOr<std::optional<FolderLock>> RunFolder::TakeOrMake(const std::strin
   std::error_code error;
   if (!fs::exists(path, error)) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(path));
   if (!fs::is_directory(path, error)) return std::nullopt;
-  if (!fs::exists(RunFolder(path).File(RunFolder::kDescription), error)) {
+  if (!fs::exists(RunFolder(path).File(kDescription), error)) {
     EGOSIEVE_ASSIGN_OR_RETURN(const bool barely_begun, IsBarelyBegun(path));
     if (!barely_begun) return std::nullopt;
   }
@@ -137,7 +137,7 @@ absl::StatusOr<RunFolder> RunFolder::Open(const std::string& path) {
         absl::StrCat("no folder ", path, "; give the folder that segment --out=DIR wrote"));
   }
   RunFolder folder(path);
-  if (!fs::exists(folder.File(RunFolder::kDescription), error)) {
+  if (!fs::exists(folder.File(kDescription), error)) {
     return absl::NotFoundError(
         absl::StrCat(path, " holds no run.json; give the folder that segment --out=DIR wrote"));
   }
@@ -145,16 +145,16 @@ absl::StatusOr<RunFolder> RunFolder::Open(const std::string& path) {
 }
 
 absl::Status RunFolder::WriteDescription(const RunDescription& description) const {
-  return WriteFileAtomically(File(RunFolder::kDescription), ToText(description));
+  return WriteFileAtomically(File(kDescription), ToText(description));
 }
 
 absl::StatusOr<RunDescription> RunFolder::ReadDescription() const {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(File(RunFolder::kDescription)));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(File(kDescription)));
   absl::StatusOr<RunDescription> description = RunDescriptionFromText(text);
   if (!description.ok()) {
-    return absl::Status(description.status().code(),
-                        absl::StrCat(File(RunFolder::kDescription),
-                                     " cannot be used: ", description.status().message()));
+    return absl::Status(
+        description.status().code(),
+        absl::StrCat(File(kDescription), " cannot be used: ", description.status().message()));
   }
   return description;
 }

@@ -10,8 +10,8 @@
 namespace egosieve::vision {
 namespace {
 
-// The road is searched for among rays at least kLeastRoadFall below the horizon and near the middle of
-// the image; the width grows with the distance below the horizon.
+// The road is searched for among rays at least kLeastRoadFall below the horizon and near the middle
+// of the image; the width grows with the distance below the horizon.
 constexpr double kLeastRoadFall = 0.04;
 constexpr double kMostAcross = 0.15, kMostHorizon = 0.25;  // of a camera on a car
 constexpr double kSlopeChange = 0.03;                      // between frames: a jolt
