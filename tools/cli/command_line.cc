@@ -327,7 +327,8 @@ int CommandLine::RunCommand(Command& command, const std::string& name,
     return static_cast<int>(ExitCodeForStatus(status));
   } catch (const CLI::CallForHelp&) {
     HideSettings(app);
-    out << app.help();
+    // CLI11 marks names that turn a flag off.
+    out << absl::StrReplaceAll(app.help(), {{"{false}", ""}});
     return static_cast<int>(ExitCode::kDone);
   } catch (const CLI::ParseError& error) {
     err << ErrorLine(
