@@ -67,7 +67,8 @@ def stage(*arguments):
     with subprocess.Popen([*BAZEL, *arguments], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors='replace') as bazel:
         for line in bazel.stdout:
             if progress := PROGRESS.match(line):
-                say(f'{progress[1]} of {progress[2]} steps are done')
+                if progress[1] != '0':
+                    say(f'{progress[1]} of {progress[2]} steps are done')
             elif not re.match(r'(Loading|Analyzing|INFO)[: ]', line):
                 print(line, end='', flush=True)
             failed += bool(WARNING.match(line))

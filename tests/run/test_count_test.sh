@@ -36,6 +36,12 @@ said=$(run_test) || fail "a suite that passes fails: $said"
 [[ $said == *"6 passed, 0 failed, 1 skipped" ]] || fail "counts otherwise: $said"
 [ "$(stages)" = 1 ] || fail "runs more than the suite"
 
+bazel_says "[0 / 6] checking cached actions
+[12 / 1,345] Compiling vision/a.cc; 3s linux-sandbox
+//tests/kernels:a_test          PASSED in 0.1s"
+said=$(cd "$tree" && PATH=$tree/tools_on_path bash ./run test 2>&1) || fail "progress is a failure: $said"
+[[ $said == *"12 of 1,345 steps are done"* && $said != *"0 of 6"* ]] || fail "tells other progress: $said"
+
 for shard in 1 2; do
   mkdir -p "$tree/bazel-testlogs/tests/kernels/b_test/shard_${shard}_of_2"
   cp "$tree/bazel-testlogs/tests/kernels/a_test/test.xml" "$tree/bazel-testlogs/tests/kernels/b_test/shard_${shard}_of_2"
