@@ -34,6 +34,7 @@ int RunCommandLine(int argc, char** argv) {
   line.Add(MakeSynthesizeCommand());
   line.Add(MakeRefineCommand());
   line.Add(MakeMasksCommand());
+  line.Add(MakePointsCommand());
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
   line.Add(MakeDevicesCommand());

@@ -52,6 +52,7 @@ std::unique_ptr<Command> MakeBatchCommand();
 std::unique_ptr<Command> MakeDevicesCommand();
 std::unique_ptr<Command> MakeMasksCommand();
 std::unique_ptr<Command> MakeMergeCommand();
+std::unique_ptr<Command> MakePointsCommand();
 std::unique_ptr<Command> MakeRefineCommand();
 std::unique_ptr<Command> MakeRenderCommand();
 std::unique_ptr<Command> MakeReportCommand();

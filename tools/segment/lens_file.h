@@ -1,8 +1,8 @@
 // A camera's lens, read from a file: a run's camera.json, or COLMAP's cameras.txt.
 //
-// Of cameras.txt, the first camera is used: CAMERA_ID MODEL WIDTH HEIGHT PARAMS; lines with # are
-// comments. All of COLMAP's perspective models begin with the focal length, or with f_x and f_y, of
-// which the mean is used. Principal point and distortion are not used.
+// Of cameras.txt (tools/colmap), the first camera is used. All models but EQUIRECTANGULAR begin with
+// the focal length, or with f_x and f_y, of which the mean is used. Principal point and distortion
+// are not used.
 #pragma once
 
 #include <string>

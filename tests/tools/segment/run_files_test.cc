@@ -51,9 +51,10 @@ TEST(LensFile, WhatIsWrongIsNamed) {
   };
   EXPECT_THAT(message("# nothing\n"), testing::HasSubstr("no camera"));
   EXPECT_THAT(message("1 MAGIC 10 10 5"), testing::HasSubstr("MAGIC is not known"));
-  EXPECT_THAT(message("1 PINHOLE 10 10 5"), testing::HasSubstr("a focal length is missing"));
+  EXPECT_THAT(message("1 PINHOLE 10 10 5"), testing::HasSubstr("a number is missing"));
   EXPECT_THAT(message("1 PINHOLE 10 10 5 -4 5 5"), testing::HasSubstr("must be a positive"));
-  EXPECT_THAT(message("1 PINHOLE ten 10 5 4 5 5"), testing::HasSubstr("width and height"));
+  EXPECT_THAT(message("1 PINHOLE ten 10 5 4 5 5"), testing::HasSubstr("'ten' is no such number"));
+  EXPECT_THAT(message("1 EQUIRECTANGULAR 10 5 10 5"), testing::HasSubstr("no focal length"));
   const std::string path = Written("bad.json", R"({"width": 1440})");
   EXPECT_THAT(ReadFocalRatio(path).status().message(), testing::HasSubstr("bad.json"));
   EXPECT_EQ(ReadFocalRatio(path + ".gone").status().code(), absl::StatusCode::kNotFound);
