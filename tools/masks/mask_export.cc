@@ -73,10 +73,10 @@ std::string Settings(const MaskExportOptions& options, const RunDescription::Inp
   const FrameMaskOptions& mask = options.mask;
   return absl::StrFormat(
       "format=%d threshold=%g dilate=%d shadow=%d own_vehicle=%d invert=%d also=%s video=%s "
-      "frames=%s input=%s\n",
+      "frames=%s undistort=%s sparse=%s input=%s\n",
       static_cast<int>(options.format), mask.threshold.value_or(-1.0), mask.dilate_pixels,
       mask.shadow_margin_pixels, mask.own_vehicle ? 1 : 0, options.invert ? 1 : 0, options.also,
-      options.video, options.frames, input.fingerprint);
+      options.video, options.frames, options.undistort, options.sparse, input.fingerprint);
 }
 
 // What the masks are made from.
@@ -102,6 +102,10 @@ absl::Status CheckFolders(const DriveInput& input, const std::string& run,
   const std::set<std::string> folders = PictureFolders(input);
   std::set<std::string> sources = folders;
   sources.insert(run);
+  if (!options.undistort.empty()) {
+    for (const char* read : {"/images", "/sparse"}) sources.insert(options.undistort + read);
+    sources.insert(options.sparse);
+  }
   const std::vector<std::string> files = input.frames->files();
   EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--out", options.out, sources, files, may_hold));
   if (!options.frames.empty()) {
@@ -167,6 +171,7 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
   }
   EGOSIEVE_ASSIGN_OR_RETURN(result.also_, UserMasks::Open(options.also, images, size));
   result.warnings_.push_back(result.also_.Describe());
+  EGOSIEVE_RETURN_IF_ERROR(result.OpenUndistortion(images, size));
   const std::string& path = result.input_.description.path;
   if (options.format == MaskFormat::kNerfstudio) {
     EGOSIEVE_ASSIGN_OR_RETURN(result.transforms_,
@@ -175,6 +180,51 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
     return absl::InvalidArgumentError("--transforms belongs to --for=nerfstudio; leave it out");
   }
   return result;
+}
+
+absl::Status MaskExport::OpenUndistortion(const std::vector<std::string>& images, cv::Size size) {
+  if (options_.undistort.empty() && options_.sparse.empty()) return absl::OkStatus();
+  if (options_.undistort.empty() || options_.sparse.empty()) {
+    return absl::InvalidArgumentError(
+        "--undistort and --sparse belong together: what image_undistorter wrote, and the model "
+        "that it read");
+  }
+  if (options_.format == MaskFormat::kNerfstudio || !options_.frames.empty()) {
+    return absl::InvalidArgumentError(
+        options_.frames.empty()
+            ? "--for=nerfstudio takes the original pictures and undistorts them; leave --undistort "
+              "out"
+            : "--frames writes original pictures; image_undistorter has written the undistorted "
+              "ones");
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(undistortion_, Undistortion::Open(options_.undistort, options_.sparse));
+  bool holds_any = false;
+  for (size_t i = 0; i < images.size(); ++i) {
+    if (!undistortion_->Holds(images[i])) continue;
+    const std::string picture = undistortion_->Picture(images[i]);
+    std::error_code error;
+    if (options_.format == MaskFormat::kGaussianSplatting && !fs::exists(picture, error)) {
+      return absl::NotFoundError(
+          absl::StrCat(picture, " is missing; --undistort takes what image_undistorter wrote"));
+    }
+    if (i == 0) EGOSIEVE_RETURN_IF_ERROR(undistortion_->CheckSize(images[i], size));
+    holds_any = true;
+  }
+  if (holds_any) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("no picture of the input is in ", options_.sparse,
+                                                 ", as ", images.empty() ? "IMAGE" : images.front(),
+                                                 "; give the folder that was COLMAP's image_path"));
+}
+
+absl::Status MaskExport::Undistort(MaskedFrame& frame) const {
+  EGOSIEVE_RETURN_IF_ERROR(undistortion_->Apply(frame));
+  if (options_.format != MaskFormat::kGaussianSplatting) return absl::OkStatus();
+  const std::string path = undistortion_->Picture(frame.image);
+  EGOSIEVE_ASSIGN_OR_RETURN(const StoredPicture picture, ReadStoredPicture(path));
+  frame.picture = picture.pixels;
+  if (frame.picture.size() == frame.masked.size()) return absl::OkStatus();
+  return absl::OutOfRangeError(absl::StrCat(
+      path, " has another size than its camera; let image_undistorter write both again"));
 }
 
 std::vector<std::string> MaskExport::Targets(int64_t index) const {
@@ -271,6 +321,7 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
   EGOSIEVE_RETURN_IF_ERROR(Mark(folder));
   std::set<std::string> named;
   for (const auto& [index, line] : chosen) {
+    if (undistortion_ && !undistortion_->Holds(ImageName(index))) continue;
     named.insert(ImageName(index));
     if (IsWritten(index)) {
       ++written_;
@@ -292,9 +343,9 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
   }
   const int64_t lacking = static_cast<int64_t>(files_.size()) - static_cast<int64_t>(named.size());
   if (lacking > 0) {
-    warnings_.push_back(absl::StrCat(lacking, " of ", files_.size(),
-                                     " pictures have no mask: the run does not hold them, or they "
-                                     "could not be read"));
+    warnings_.push_back(absl::StrCat(
+        lacking, " of ", files_.size(), " pictures have no mask: the run does not hold them, ",
+        undistortion_ ? "COLMAP's model lacks them, " : "", "or they could not be read"));
   }
   std::error_code error;
   fs::remove(MarkPath(options_), error);
@@ -362,6 +413,7 @@ absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& li
     return OtherPicture(index, *input_.frames);
   }
   EGOSIEVE_RETURN_IF_ERROR(also_.AddTo(index, frame.masked));
+  if (undistortion_) EGOSIEVE_RETURN_IF_ERROR(Undistort(frame));
   if (options_.invert) frame.masked = frame.masked == 0;
   EGOSIEVE_RETURN_IF_ERROR(writer_.Write(frame));
   if (!options_.frames.empty()) {

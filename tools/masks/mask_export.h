@@ -14,6 +14,7 @@
 #include "tools/masks/mask_format.h"
 #include "tools/masks/mask_writer.h"
 #include "tools/masks/transforms_file.h"
+#include "tools/masks/undistortion.h"
 #include "tools/masks/user_masks.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/drive_input.h"
@@ -32,6 +33,9 @@ struct MaskExportOptions {
   // The video from which the pictures were taken; the run is then one of the video
   // (video_frames.h). Empty: the run is one of the pictures.
   std::string video;
+  // What image_undistorter wrote, and the model that it read: masks of the undistorted pictures
+  // (undistortion.h). Both or neither.
+  std::string undistort, sparse;
 };
 
 class MaskExport {
@@ -65,6 +69,10 @@ class MaskExport {
   std::string ImageName(int64_t index) const {
     return NameInside(input_.frames->image_name(index));
   }
+  // Opens both models and compares them with the first picture, which has that size.
+  absl::Status OpenUndistortion(const std::vector<std::string>& images, cv::Size size);
+  // Makes the mask that of the undistorted picture, and reads that where the format holds it.
+  absl::Status Undistort(MaskedFrame& frame) const;
   // Checks that every file to write lies in its folder, and that no two are the same.
   absl::Status CheckTargets();
   // The files of a picture.
@@ -92,6 +100,7 @@ class MaskExport {
   std::vector<int64_t> frames_;     // of the video, one per picture; empty without a video
   UserMasks also_;
   std::optional<TransformsFile> transforms_;
+  std::optional<Undistortion> undistortion_;
   MaskWriter writer_;
   std::set<std::string> target_folders_;
   bool continues_ = false;

@@ -2,29 +2,41 @@
 
 #include <filesystem>
 
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
 
 namespace egosieve::tools {
 
+namespace {
+
+// By MaskFormat.
+constexpr MaskFormatRow kRows[] = {
+    {"plain", MaskedPixel::kWhite, false, "{name}.png"},
+    {"colmap", MaskedPixel::kBlack, true, "{image}.png"},
+    {"nerfstudio", MaskedPixel::kBlack, true, "masks/{image}.png"},
+    {"instant-ngp", MaskedPixel::kWhite, true, "{folder}dynamic_mask_{stem}.png"},
+    {"opensfm", MaskedPixel::kBlack, true, "masks/{image}.png"},
+    {"lichtfeld", MaskedPixel::kBlack, true, "masks/{name}.png"},
+    {"postshot", MaskedPixel::kWhite, true, "masks/{name}.png"},
+    {"gaussian-splatting", MaskedPixel::kTransparent, true, "{image}"},
+    {"davis", MaskedPixel::kNumber, false, "{name}.png"},
+    {"coco", MaskedPixel::kNumber, false, ""},
+    {"mots", MaskedPixel::kNumber, false, "{sequence}/{index}.png"}};
+
+}  // namespace
+
+const MaskFormatRow& RowOf(MaskFormat format) { return kRows[static_cast<int>(format)]; }
+
 const Words<MaskFormat>& MaskFormatWords() {
-  static const auto& words =
-      *new Words<MaskFormat>{{"plain", MaskFormat::kPlain},
-                             {"colmap", MaskFormat::kColmap},
-                             {"nerfstudio", MaskFormat::kNerfstudio},
-                             {"instant-ngp", MaskFormat::kInstantNgp},
-                             {"gaussian-splatting", MaskFormat::kGaussianSplatting},
-                             {"davis", MaskFormat::kDavis},
-                             {"coco", MaskFormat::kCoco},
-                             {"mots", MaskFormat::kMots}};
+  static const auto& words = *new Words<MaskFormat>([] {
+    Words<MaskFormat> made;
+    for (const MaskFormatRow& row : kRows) {
+      made.emplace_back(row.word, static_cast<MaskFormat>(made.size()));
+    }
+    return made;
+  }());
   return words;
 }
-
-bool HasNumbers(MaskFormat format) {
-  return format == MaskFormat::kDavis || format == MaskFormat::kCoco || format == MaskFormat::kMots;
-}
-
-bool IsForScenes(MaskFormat format) { return !HasNumbers(format) && format != MaskFormat::kPlain; }
 
 int LargestNumber(MaskFormat format) {
   if (format == MaskFormat::kDavis) return 254;  // 255 is void
@@ -43,25 +55,14 @@ std::string NameInside(const std::string& image) {
 std::string MaskFile(MaskFormat format, const std::string& image, int64_t index,
                      const std::string& sequence) {
   const std::filesystem::path path(image);
-  switch (format) {
-    case MaskFormat::kColmap:
-      return absl::StrCat(image, ".png");
-    case MaskFormat::kNerfstudio:
-      return absl::StrCat("masks/", image, ".png");
-    case MaskFormat::kInstantNgp:
-      return (path.parent_path() / absl::StrCat("dynamic_mask_", path.stem().string(), ".png"))
-          .string();
-    case MaskFormat::kGaussianSplatting:
-      return image;
-    case MaskFormat::kPlain:
-    case MaskFormat::kDavis:
-      return std::filesystem::path(path).replace_extension(".png").string();
-    case MaskFormat::kMots:
-      return absl::StrFormat("%s/%06d.png", sequence, index);
-    case MaskFormat::kCoco:
-      return "";
-  }
-  return "";
+  const std::string folder = path.has_parent_path() ? path.parent_path().string() + "/" : "";
+  const std::string stem = path.stem().string();
+  return absl::StrReplaceAll(RowOf(format).file, {{"{image}", image},
+                                                  {"{name}", folder + stem},
+                                                  {"{folder}", folder},
+                                                  {"{stem}", stem},
+                                                  {"{sequence}", sequence},
+                                                  {"{index}", absl::StrFormat("%06d", index)}});
 }
 
 }  // namespace egosieve::tools

@@ -4,6 +4,9 @@
 //   colmap              IMAGE.png            0 ignored, 255 used: ImageReader.mask_path
 //   nerfstudio          masks/IMAGE.png      as colmap; transforms.json: a copy with mask_path
 //   instant-ngp         dynamic_mask_NAME.png    255 ignored; must lie next to the pictures
+//   opensfm             masks/IMAGE.png      0 ignored, 255 used
+//   lichtfeld           masks/NAME.png       0 ignored, 255 used: its mask mode "ignore"
+//   postshot            masks/NAME.png       255 ignored, 0 used: its mask mode "Remove Occluders"
 //   gaussian-splatting  IMAGE                the picture, alpha 0 where ignored; always PNG data,
 //                                            whatever its name, because JPEG has no alpha
 //   davis               NAME.png             palette; the mover's number, 0 background
@@ -30,19 +33,35 @@ enum class MaskFormat {
   kColmap,
   kNerfstudio,
   kInstantNgp,
+  kOpenSfm,
+  kLichtfeld,
+  kPostshot,
   kGaussianSplatting,
   kDavis,
   kCoco,
   kMots,
 };
 
+// What a masked pixel is in the format's pictures.
+enum class MaskedPixel { kBlack, kWhite, kTransparent, kNumber };
+
+struct MaskFormatRow {
+  const char* word;  // of --for
+  MaskedPixel masked;
+  // Whether the reader reconstructs a scene from unmasked pixels. The own vehicle is then masked,
+  // too.
+  bool is_for_scenes;
+  // With {image}, {name}, {folder} and {stem}, the parts of NAME, {sequence} and {index}.
+  const char* file;
+};
+
+const MaskFormatRow& RowOf(MaskFormat format);
+
 const Words<MaskFormat>& MaskFormatWords();
 
 // Whether the format keeps the movers' numbers, and so has one mask per mover.
-bool HasNumbers(MaskFormat format);
-// Whether the reader reconstructs a scene from unmasked pixels. The own vehicle is then masked,
-// too.
-bool IsForScenes(MaskFormat format);
+inline bool HasNumbers(MaskFormat format) { return RowOf(format).masked == MaskedPixel::kNumber; }
+inline bool IsForScenes(MaskFormat format) { return RowOf(format).is_for_scenes; }
 
 // The largest number of a mover.
 int LargestNumber(MaskFormat format);

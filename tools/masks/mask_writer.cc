@@ -83,31 +83,30 @@ cv::Mat WithAlpha(const cv::Mat3b& picture, const cv::Mat1b& masked) {
 }  // namespace
 
 absl::Status MaskWriter::Write(const MaskedFrame& frame) {
+  if (format_ == MaskFormat::kCoco) {
+    AddAnnotations(frame);
+    return absl::OkStatus();
+  }
+  if (format_ == MaskFormat::kDavis) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePalettePng(cv::Mat1b(frame.numbers)));
+    return WriteFile(frame, png);
+  }
   cv::Mat image;
-  switch (format_) {
-    case MaskFormat::kCoco:
-      AddAnnotations(frame);
-      return absl::OkStatus();
-    case MaskFormat::kDavis: {
-      EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePalettePng(cv::Mat1b(frame.numbers)));
-      return WriteFile(frame, png);
-    }
-    case MaskFormat::kMots: {
+  switch (RowOf(format_).masked) {
+    case MaskedPixel::kNumber: {
       AddRows(frame);
       cv::Mat1w objects = frame.numbers + cv::Scalar(kMotsClassStep * kClass);
       objects.setTo(0, frame.numbers == 0);
       image = objects;
       break;
     }
-    case MaskFormat::kGaussianSplatting:
+    case MaskedPixel::kTransparent:
       image = WithAlpha(frame.picture, frame.masked);
       break;
-    case MaskFormat::kColmap:
-    case MaskFormat::kNerfstudio:
+    case MaskedPixel::kBlack:
       image = frame.masked == 0;
       break;
-    case MaskFormat::kPlain:
-    case MaskFormat::kInstantNgp:
+    case MaskedPixel::kWhite:
       image = frame.masked;
       break;
   }

@@ -63,6 +63,14 @@ void MasksFlags::AddFlags(CLI::App& app) {
   app.add_option("--transforms", options.transforms,
                  "nerfstudio's transforms.json; default: in the images' folder or above it")
       ->type_name("FILE");
+  app.add_option("--undistort", options.undistort,
+                 "Masks of COLMAP's undistorted pictures: the output_path of image_undistorter; "
+                 "with --sparse")
+      ->type_name("DENSE");
+  app.add_option("--sparse", options.sparse,
+                 "For --undistort: the input_path of image_undistorter, COLMAP's model of the "
+                 "original pictures")
+      ->type_name("SPARSE");
   app.add_flag(
       "--overwrite", options.overwrite,
       "Replace files of the same names in --out and --frames; others stay. Not needed where the "

@@ -1,0 +1,110 @@
+#include "tools/masks/undistortion.h"
+
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/parallel_for.h"
+#include "kernels/base/status_macros.h"
+#include "tools/colmap/lens.h"
+
+namespace egosieve::tools {
+namespace {
+
+// Of a picture of COLMAP, in pixels.
+constexpr uint64_t kLongestSide = 65535, kLargestArea = uint64_t{1} << 29;
+
+absl::Status CheckCameras(const SparseCamera& original, const SparseCamera& undistorted) {
+  EGOSIEVE_RETURN_IF_ERROR(LensOf(original).status());
+  EGOSIEVE_ASSIGN_OR_RETURN(const Lens pinhole, LensOf(undistorted));
+  if (!pinhole.is_pinhole()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("its camera ", undistorted.id,
+                     " has distortion, so its pictures are not "
+                     "those of image_undistorter; name what that wrote"));
+  }
+  const uint64_t width = undistorted.width, height = undistorted.height;
+  if (width == 0 || height == 0 || width > kLongestSide || height > kLongestSide ||
+      width * height > kLargestArea) {
+    return absl::InvalidArgumentError(absl::StrCat("its camera ", undistorted.id, " has ", width,
+                                                   " x ", height, " pixels, more than a picture"));
+  }
+  return absl::OkStatus();
+}
+
+// (UD1) to (UD3)
+template <typename Pixel>
+cv::Mat_<Pixel> Undistort(const cv::Mat_<Pixel>& from, const Lens& original, const Lens& pinhole,
+                          cv::Size size, Pixel outside) {
+  cv::Mat_<Pixel> to(size, outside);
+  kernels::ParallelFor(size.height, [&](int64_t row) {
+    const int y = static_cast<int>(row);
+    const double v = (y + 0.5 - pinhole.cy) / pinhole.fy;
+    for (int x = 0; x < size.width; ++x) {
+      const auto [from_x, from_y] = original.Project((x + 0.5 - pinhole.cx) / pinhole.fx, v);
+      if (from_x >= 0.0 && from_x < from.cols && from_y >= 0.0 && from_y < from.rows) {
+        to(y, x) = from(static_cast<int>(from_y), static_cast<int>(from_x));
+      }
+    }
+  });
+  return to;
+}
+
+}  // namespace
+
+absl::StatusOr<Undistortion> Undistortion::Open(const std::string& dense,
+                                                const std::string& sparse) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const SparseModel from, ReadSparseModel(sparse, false));
+  EGOSIEVE_ASSIGN_OR_RETURN(const SparseModel to, ReadSparseModel(dense, false));
+  const auto from_cameras = PlacesById(from.cameras), to_cameras = PlacesById(to.cameras);
+  Undistortion result;
+  result.dense_ = dense;
+  result.sparse_ = sparse;
+  std::map<std::string, SparseCamera> originals;
+  for (const SparseImage& image : from.images) {
+    originals[image.name] = from.cameras[from_cameras.at(image.camera)];
+  }
+  for (const SparseImage& image : to.images) {
+    const auto original = originals.find(image.name);
+    if (original == originals.end()) continue;
+    const SparseCamera& undistorted = to.cameras[to_cameras.at(image.camera)];
+    const absl::Status status = CheckCameras(original->second, undistorted);
+    if (!status.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(dense, ", image ", image.name, ": ", status.message()));
+    }
+    result.cameras_.try_emplace(image.name, original->second, undistorted);
+  }
+  if (result.cameras_.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("no image of ", dense, " is in ", sparse,
+                     "; --undistort takes what image_undistorter wrote, --sparse what it read"));
+  }
+  return result;
+}
+
+absl::Status Undistortion::CheckSize(const std::string& image, cv::Size size) const {
+  const SparseCamera& camera = cameras_.at(image).first;
+  if (camera.width == static_cast<uint64_t>(size.width) &&
+      camera.height == static_cast<uint64_t>(size.height)) {
+    return absl::OkStatus();
+  }
+  return absl::OutOfRangeError(absl::StrFormat(
+      "%s has %d x %d pixels, its camera in %s %d x %d; give the model of these pictures", image,
+      size.width, size.height, sparse_, camera.width, camera.height));
+}
+
+absl::Status Undistortion::Apply(MaskedFrame& frame) const {
+  EGOSIEVE_RETURN_IF_ERROR(CheckSize(frame.image, frame.masked.size()));
+  const auto& [from, to] = cameras_.at(frame.image);
+  EGOSIEVE_ASSIGN_OR_RETURN(const Lens original, LensOf(from));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Lens pinhole, LensOf(to));
+  const cv::Size size(static_cast<int>(to.width), static_cast<int>(to.height));
+  frame.masked = Undistort<uint8_t>(frame.masked, original, pinhole, size, 255);
+  if (!frame.numbers.empty()) {
+    frame.numbers = Undistort<uint16_t>(frame.numbers, original, pinhole, size, 0);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::tools
