@@ -63,6 +63,7 @@ BEFORE = {
     'egosieve render': DRIVE,
     'egosieve report': DRIVE,
     'egosieve masks out/masks.run': 'egosieve masks images --for=colmap --out=out/masks',
+    'egosieve points': 'egosieve masks images --for=colmap --out=masks',
     'egosieve masks masks.run': 'egosieve masks images --for=colmap --dilate=10 --out=masks; rm -r masks',
     '--frames=images': 'rm -r images',
     'cp data': 'mkdir masked',
@@ -104,6 +105,15 @@ def call(folder, line):
     return f'{line}: exit code {done.returncode}: {done.stderr[-300:]}' if done.returncode else ''
 
 
+def write_model(folder, camera, names):
+    """COLMAP's, without points."""
+    os.makedirs(folder)
+    texts = {'cameras': f'1 {camera}\n', 'images': ''.join(f'{k + 1} 1 0 0 0 0 0 0 1 {name}\n\n' for k, name in enumerate(names)), 'points3D': ''}
+    for name, text in texts.items():
+        with open(f'{folder}/{name}.txt', 'w') as out:
+            out.write(text)
+
+
 def readers_files(folder):
     """What the guides take for the reader's own."""
     size = f'--frames={FRAMES} --width=256 --height=144 --out=made'
@@ -119,6 +129,9 @@ def readers_files(folder):
         names = sorted(os.listdir(f'{folder}/images'))
         json.dump({'frames': [{'file_path': f'images/{name}', 'transform_matrix': [[1.0 * (i == j) for j in range(4)] for i in range(4)]}
                               for name in names]}, out)
+    write_model(f'{folder}/sparse/0', 'SIMPLE_RADIAL 256 144 200 128 72 -0.05', names)
+    write_model(f'{folder}/dense/sparse', 'PINHOLE 256 144 200 200 128 72', names)
+    shutil.copytree(f'{folder}/images', f'{folder}/dense/images')
     os.mkdir(f'{folder}/videos')
     shutil.copy(f'{folder}/my.mp4', f'{folder}/videos/a.mp4')
     shutil.copy(f'{folder}/my.mp4', f'{folder}/a.mp4')

@@ -120,6 +120,34 @@ absl::Status CheckFolders(const DriveInput& input, const std::string& run,
   return absl::OkStatus();
 }
 
+// Flags that exclude each other.
+absl::Status CheckFlags(const MaskExportOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.mask.Validate());
+  if (HasNumbers(options.format) &&
+      (options.invert || options.mask.threshold || options.mask.own_vehicle ||
+       options.mask.shadow_margin_pixels > 0 || !options.also.empty())) {
+    return absl::InvalidArgumentError(
+        "davis, coco and mots take the movers that refine has numbered: leave out "
+        "--threshold, "
+        "--unsure, --own_vehicle, --shadow_margin, --also and --invert, or use --for=plain");
+  }
+  if (options.undistort.empty() && options.sparse.empty()) return absl::OkStatus();
+  if (options.undistort.empty() || options.sparse.empty()) {
+    return absl::InvalidArgumentError(
+        "--undistort and --sparse belong together: what image_undistorter wrote, and the model "
+        "that it read");
+  }
+  if (options.format == MaskFormat::kNerfstudio || !options.frames.empty()) {
+    return absl::InvalidArgumentError(
+        options.frames.empty()
+            ? "--for=nerfstudio takes the original pictures and undistorts them; leave --undistort "
+              "out"
+            : "--frames writes original pictures; image_undistorter has written the undistorted "
+              "ones");
+  }
+  return absl::OkStatus();
+}
+
 // Resizes without mixing classes or numbers.
 template <typename Mask>
 void Resize(cv::Size size, Mask& mask) {
@@ -141,15 +169,7 @@ std::string MaskExport::SequenceName() const {
 
 absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::string& run,
                                                const MaskExportOptions& options) {
-  EGOSIEVE_RETURN_IF_ERROR(options.mask.Validate());
-  if (HasNumbers(options.format) &&
-      (options.invert || options.mask.threshold || options.mask.own_vehicle ||
-       options.mask.shadow_margin_pixels > 0 || !options.also.empty())) {
-    return absl::InvalidArgumentError(
-        "davis, coco and mots take the movers that refine has numbered: leave out "
-        "--threshold, "
-        "--unsure, --own_vehicle, --shadow_margin, --also and --invert, or use --for=plain");
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckFlags(options));
   EGOSIEVE_RETURN_IF_ERROR(CheckFolders(input, run, options));
   MaskExport result(std::move(input), options);
   const vision::FrameSource& source = *result.input_.frames;
@@ -171,7 +191,12 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
   }
   EGOSIEVE_ASSIGN_OR_RETURN(result.also_, UserMasks::Open(options.also, images, size));
   result.warnings_.push_back(result.also_.Describe());
-  EGOSIEVE_RETURN_IF_ERROR(result.OpenUndistortion(images, size));
+  if (!options.undistort.empty()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        result.undistortion_,
+        Undistortion::Open(options.undistort, options.sparse, images, size,
+                           RowOf(options.format).masked == MaskedPixel::kTransparent));
+  }
   const std::string& path = result.input_.description.path;
   if (options.format == MaskFormat::kNerfstudio) {
     EGOSIEVE_ASSIGN_OR_RETURN(result.transforms_,
@@ -180,51 +205,6 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
     return absl::InvalidArgumentError("--transforms belongs to --for=nerfstudio; leave it out");
   }
   return result;
-}
-
-absl::Status MaskExport::OpenUndistortion(const std::vector<std::string>& images, cv::Size size) {
-  if (options_.undistort.empty() && options_.sparse.empty()) return absl::OkStatus();
-  if (options_.undistort.empty() || options_.sparse.empty()) {
-    return absl::InvalidArgumentError(
-        "--undistort and --sparse belong together: what image_undistorter wrote, and the model "
-        "that it read");
-  }
-  if (options_.format == MaskFormat::kNerfstudio || !options_.frames.empty()) {
-    return absl::InvalidArgumentError(
-        options_.frames.empty()
-            ? "--for=nerfstudio takes the original pictures and undistorts them; leave --undistort "
-              "out"
-            : "--frames writes original pictures; image_undistorter has written the undistorted "
-              "ones");
-  }
-  EGOSIEVE_ASSIGN_OR_RETURN(undistortion_, Undistortion::Open(options_.undistort, options_.sparse));
-  bool holds_any = false;
-  for (size_t i = 0; i < images.size(); ++i) {
-    if (!undistortion_->Holds(images[i])) continue;
-    const std::string picture = undistortion_->Picture(images[i]);
-    std::error_code error;
-    if (options_.format == MaskFormat::kGaussianSplatting && !fs::exists(picture, error)) {
-      return absl::NotFoundError(
-          absl::StrCat(picture, " is missing; --undistort takes what image_undistorter wrote"));
-    }
-    if (i == 0) EGOSIEVE_RETURN_IF_ERROR(undistortion_->CheckSize(images[i], size));
-    holds_any = true;
-  }
-  if (holds_any) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("no picture of the input is in ", options_.sparse,
-                                                 ", as ", images.empty() ? "IMAGE" : images.front(),
-                                                 "; give the folder that was COLMAP's image_path"));
-}
-
-absl::Status MaskExport::Undistort(MaskedFrame& frame) const {
-  EGOSIEVE_RETURN_IF_ERROR(undistortion_->Apply(frame));
-  if (options_.format != MaskFormat::kGaussianSplatting) return absl::OkStatus();
-  const std::string path = undistortion_->Picture(frame.image);
-  EGOSIEVE_ASSIGN_OR_RETURN(const StoredPicture picture, ReadStoredPicture(path));
-  frame.picture = picture.pixels;
-  if (frame.picture.size() == frame.masked.size()) return absl::OkStatus();
-  return absl::OutOfRangeError(absl::StrCat(
-      path, " has another size than its camera; let image_undistorter write both again"));
 }
 
 std::vector<std::string> MaskExport::Targets(int64_t index) const {
@@ -413,7 +393,7 @@ absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& li
     return OtherPicture(index, *input_.frames);
   }
   EGOSIEVE_RETURN_IF_ERROR(also_.AddTo(index, frame.masked));
-  if (undistortion_) EGOSIEVE_RETURN_IF_ERROR(Undistort(frame));
+  if (undistortion_) EGOSIEVE_RETURN_IF_ERROR(undistortion_->Apply(frame));
   if (options_.invert) frame.masked = frame.masked == 0;
   EGOSIEVE_RETURN_IF_ERROR(writer_.Write(frame));
   if (!options_.frames.empty()) {

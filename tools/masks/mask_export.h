@@ -69,10 +69,6 @@ class MaskExport {
   std::string ImageName(int64_t index) const {
     return NameInside(input_.frames->image_name(index));
   }
-  // Opens both models and compares them with the first picture, which has that size.
-  absl::Status OpenUndistortion(const std::vector<std::string>& images, cv::Size size);
-  // Makes the mask that of the undistorted picture, and reads that where the format holds it.
-  absl::Status Undistort(MaskedFrame& frame) const;
   // Checks that every file to write lies in its folder, and that no two are the same.
   absl::Status CheckTargets();
   // The files of a picture.

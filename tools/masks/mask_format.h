@@ -4,9 +4,9 @@
 //   colmap              IMAGE.png            0 ignored, 255 used: ImageReader.mask_path
 //   nerfstudio          masks/IMAGE.png      as colmap; transforms.json: a copy with mask_path
 //   instant-ngp         dynamic_mask_NAME.png    255 ignored; must lie next to the pictures
-//   opensfm             masks/IMAGE.png      0 ignored, 255 used
-//   lichtfeld           masks/NAME.png       0 ignored, 255 used: its mask mode "ignore"
-//   postshot            masks/NAME.png       255 ignored, 0 used: its mask mode "Remove Occluders"
+//   opensfm             IMAGE.png            0 ignored, 255 used
+//   lichtfeld           NAME.png             0 ignored, 255 used: its mask mode "ignore"
+//   postshot            NAME.png             255 ignored, 0 used: its mask mode "Remove Occluders"
 //   gaussian-splatting  IMAGE                the picture, alpha 0 where ignored; always PNG data,
 //                                            whatever its name, because JPEG has no alpha
 //   davis               NAME.png             palette; the mover's number, 0 background

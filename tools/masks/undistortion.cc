@@ -1,12 +1,14 @@
 #include "tools/masks/undistortion.h"
 
-#include <cmath>
+#include <filesystem>
+#include <system_error>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/colmap/lens.h"
+#include "tools/masks/stored_picture.h"
 
 namespace egosieve::tools {
 namespace {
@@ -52,14 +54,16 @@ cv::Mat_<Pixel> Undistort(const cv::Mat_<Pixel>& from, const Lens& original, con
 
 }  // namespace
 
-absl::StatusOr<Undistortion> Undistortion::Open(const std::string& dense,
-                                                const std::string& sparse) {
+absl::StatusOr<Undistortion> Undistortion::Open(const std::string& dense, const std::string& sparse,
+                                                const std::vector<std::string>& images,
+                                                cv::Size size, bool with_pictures) {
   EGOSIEVE_ASSIGN_OR_RETURN(const SparseModel from, ReadSparseModel(sparse, false));
   EGOSIEVE_ASSIGN_OR_RETURN(const SparseModel to, ReadSparseModel(dense, false));
   const auto from_cameras = PlacesById(from.cameras), to_cameras = PlacesById(to.cameras);
   Undistortion result;
   result.dense_ = dense;
   result.sparse_ = sparse;
+  result.with_pictures_ = with_pictures;
   std::map<std::string, SparseCamera> originals;
   for (const SparseImage& image : from.images) {
     originals[image.name] = from.cameras[from_cameras.at(image.camera)];
@@ -79,6 +83,25 @@ absl::StatusOr<Undistortion> Undistortion::Open(const std::string& dense,
     return absl::InvalidArgumentError(
         absl::StrCat("no image of ", dense, " is in ", sparse,
                      "; --undistort takes what image_undistorter wrote, --sparse what it read"));
+  }
+  bool holds_any = false;
+  for (const std::string& image : images) {
+    std::error_code error;
+    if (!result.Holds(image)) continue;
+    if (with_pictures && !std::filesystem::exists(result.Picture(image), error)) {
+      return absl::NotFoundError(absl::StrCat(
+          result.Picture(image), " is missing; --undistort takes what image_undistorter wrote"));
+    }
+    holds_any = true;
+  }
+  if (!holds_any) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("no picture of the input is in ", sparse, ", as ",
+                     images.empty() ? "IMAGE" : images.front(),
+                     "; give the folder that was COLMAP's image_path"));
+  }
+  if (result.Holds(images.front())) {
+    EGOSIEVE_RETURN_IF_ERROR(result.CheckSize(images.front(), size));
   }
   return result;
 }
@@ -104,7 +127,13 @@ absl::Status Undistortion::Apply(MaskedFrame& frame) const {
   if (!frame.numbers.empty()) {
     frame.numbers = Undistort<uint16_t>(frame.numbers, original, pinhole, size, 0);
   }
-  return absl::OkStatus();
+  if (!with_pictures_) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const StoredPicture picture, ReadStoredPicture(Picture(frame.image)));
+  frame.picture = picture.pixels;
+  if (frame.picture.size() == size) return absl::OkStatus();
+  return absl::OutOfRangeError(
+      absl::StrCat(Picture(frame.image),
+                   " has another size than its camera; let image_undistorter write both again"));
 }
 
 }  // namespace egosieve::tools

@@ -12,6 +12,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -23,20 +24,26 @@ namespace egosieve::tools {
 class Undistortion {
  public:
   // dense: the folder that image_undistorter wrote; sparse: the model of the original pictures that
-  // it read. Images belong together by their names. Errors of ReadSparseModel; InvalidArgument if
-  // no image is in both, or the cameras of one are of models that (UD1) or (UD2) lack.
-  static absl::StatusOr<Undistortion> Open(const std::string& dense, const std::string& sparse);
+  // it read. Images belong together by their names. images: names of the input's pictures; size: of
+  // the first one, in pixels. Errors of ReadSparseModel; InvalidArgument if no picture is in both
+  // models, or the cameras of one are of models that (UD1) or (UD2) lack; OutOfRange if `size` is
+  // not that of its camera; NotFound if an undistorted picture is missing and `with_pictures`.
+  static absl::StatusOr<Undistortion> Open(const std::string& dense, const std::string& sparse,
+                                           const std::vector<std::string>& images, cv::Size size,
+                                           bool with_pictures);
 
+  // Whether an image is in both models.
   bool Holds(const std::string& image) const { return cameras_.count(image) > 0; }
-  // Where image_undistorter wrote the picture.
-  std::string Picture(const std::string& image) const { return dense_ + "/images/" + image; }
-  // OutOfRange unless an image that is in both models has this size, in pixels.
-  absl::Status CheckSize(const std::string& image, cv::Size size) const;
-  // (UD3) of an image that is in both models: its mask and its numbers. Errors of CheckSize.
+  // (UD3) of an image that Holds: its mask, its numbers and, if wanted, the undistorted picture.
+  // OutOfRange if one of them is not of its camera's size; errors of ReadImage.
   absl::Status Apply(MaskedFrame& frame) const;
 
  private:
+  absl::Status CheckSize(const std::string& image, cv::Size size) const;
+  std::string Picture(const std::string& image) const { return dense_ + "/images/" + image; }
+
   std::string dense_, sparse_;
+  bool with_pictures_ = false;
   // The original and the undistorted camera, by image.
   std::map<std::string, std::pair<SparseCamera, SparseCamera>> cameras_;
 };

@@ -65,6 +65,10 @@ class Faults : public testing::TestWithParam<std::string> {
     fs::create_directories(base_);
     WritePatchDrive(world_, SmallPatchDrive(5));
     std::ofstream(world_ + "/notes.txt") << "somebody else's";
+    fs::create_directories(world_ + "/sparse");
+    std::ofstream(world_ + "/sparse/cameras.txt") << "1 SIMPLE_PINHOLE 160 96 150 80 48\n";
+    std::ofstream(world_ + "/sparse/images.txt") << "1 1 0 0 0 0 0 0 1 000003\n9 9 5\n";
+    std::ofstream(world_ + "/sparse/points3D.txt") << "5 0 0 0 1 2 3 0 1 0\n";
     std::ofstream(world_ + "/drives.toml") << "[a]\npath = 'frames'\nout = 'run'\nbudget = 100\n"
                                            << "stride = 8\ncheckpoint_every = 2\nthen = []\n";
   }
@@ -97,6 +101,16 @@ class Faults : public testing::TestWithParam<std::string> {
       const std::vector<std::string> batch = {"batch", world_ + "/drives.toml"};
       return {name, {}, batch, batch};
     }
+    if (name == "points") {
+      // Masks are the pictures themselves, which are not 0.
+      const std::vector<std::string> points = {name,
+                                               world_ + "/sparse",
+                                               "--overwrite",
+                                               "--masks=" + world_ + "/frames",
+                                               "--out=" + MasksFolder(),
+                                               "--progress=none"};
+      return {name, Segment({}), points, points};
+    }
     std::vector<std::string> command = {name, run_, "--progress=none"};
     if (name == "masks") {
       command.insert(command.end(), {"--for=colmap", "--overwrite", "--out=" + MasksFolder()});
@@ -115,7 +129,8 @@ class Faults : public testing::TestWithParam<std::string> {
     return files;
   }
 
-  std::string MasksFolder() const { return world_ + "/masks"; }  // of the command masks
+  // Of the commands masks and points.
+  std::string MasksFolder() const { return world_ + "/masks"; }
 
   static std::map<std::string, std::string> FilesIn(const std::string& folder) {
     std::map<std::string, std::string> files;
@@ -207,7 +222,7 @@ TEST_P(Faults, NeitherLoseNorHideAnything) {
   const std::array<int64_t, kFaultKinds> counts = Counts();
   const std::string whole = base_ + "/whole";
   const auto masks = FilesIn(MasksFolder());
-  EXPECT_EQ(masks.size(), test.name == "masks" ? 5u : 0u);
+  EXPECT_EQ(masks.size(), test.name == "masks" ? 5u : test.name == "points" ? 3u : 0u);
   fs::rename(run_, whole);
   Restore(test);
   const auto outside = Outside();
@@ -249,7 +264,7 @@ TEST_P(Faults, NeitherLoseNorHideAnything) {
 
 INSTANTIATE_TEST_SUITE_P(Commands, Faults,
                          testing::Values("segment", "refine", "masks", "render", "report", "batch",
-                                         "merge"),
+                                         "merge", "points"),
                          [](const auto& command) { return command.param; });
 
 }  // namespace

@@ -113,21 +113,22 @@ TEST_F(MasksTest, OfInstantNgpWithPictures) {
 // By the programs' manual or source (docs/masks-recipes.md): the names, and which side is ignored.
 TEST_F(MasksTest, OfOpenSfmLichtfeldAndPostshot) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
-  fs::create_directories(run.frames + "/cam0");
-  fs::rename(run.frames + "/000003.png", run.frames + "/cam0/000003.png");
-  const cv::Mat1b moving = Made(run, "masks", 5);  // folders come after files
+  fs::rename(run.frames, root_ + "/cam0");
+  fs::create_directories(run.frames);
+  fs::rename(root_ + "/cam0", run.frames + "/cam0");
   struct Case {
     const char* format;
     const char* file;
     bool is_white;
   };
-  for (const Case& each : {Case{"opensfm", "masks/cam0/000003.png.png", false},
-                           Case{"lichtfeld", "masks/cam0/000003.png", false},
-                           Case{"postshot", "masks/cam0/000003.png", true}}) {
+  for (const Case& each :
+       {Case{"opensfm", "cam0/000003.png.png", false}, Case{"lichtfeld", "cam0/000003.png", false},
+        Case{"postshot", "cam0/000003.png", true}}) {
     out_ = root_ + "/" + each.format;
     ASSERT_THAT(Masks({run.folder.path(), std::string("--for=") + each.format}), Succeeds());
     const cv::Mat mask = Read(each.file);
     ASSERT_EQ(mask.type(), CV_8UC1) << each.format;
+    const cv::Mat1b moving = Made(run, "masks", 3);
     EXPECT_GT(cv::countNonZero(moving), 100);
     EXPECT_EQ(Differences(mask == (each.is_white ? 255 : 0), moving), 0) << each.format;
   }

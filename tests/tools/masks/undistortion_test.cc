@@ -62,7 +62,7 @@ class Undistortion : public MasksTest {
 };
 
 TEST_F(Undistortion, IsOpenCvs) {
-  ASSERT_THAT(Undistorted({"--for=colmap"}), EndsWithLine(0, "1 of 6 pictures have no mask"));
+  ASSERT_THAT(Undistorted({"--for=colmap"}), Succeeds());
   EXPECT_FALSE(fs::exists(out_ + "/000000.png.png"));
   for (int i = 1; i < 6; ++i) {
     const cv::Mat expected = ByOpenCv(Made(*run_, "masks", i) == 0, 0);
@@ -73,10 +73,10 @@ TEST_F(Undistortion, IsOpenCvs) {
   }
   EXPECT_GT(cv::countNonZero(ByOpenCv(Made(*run_, "masks", 3), 0)), 50);
   out_ = root_ + "/inverted";
-  ASSERT_THAT(Undistorted({"--for=plain", "--invert"}), Says(0, ""));
+  ASSERT_THAT(Undistorted({"--for=plain", "--invert"}), Succeeds());
   EXPECT_EQ(Differences(Read("000003.png"), ByOpenCv(Made(*run_, "masks", 3) == 0, 0)), 0);
   out_ = root_ + "/numbers";
-  ASSERT_THAT(Undistorted({"--for=mots"}), Says(0, ""));
+  ASSERT_THAT(Undistorted({"--for=mots"}), Succeeds());
   const cv::Mat ids = ByOpenCv(Made(*run_, "ids", 3), 0);
   EXPECT_EQ(Differences(Read("drive/000003.png") != 0, ids != 0), 0);
 }
@@ -85,7 +85,7 @@ TEST_F(Undistortion, IsOpenCvs) {
 TEST_F(Undistortion, OfAPinholeIsTheMaskItself) {
   WriteModel("sparse", "SIMPLE_PINHOLE 96 64 60 48 32");
   WriteModel("dense/sparse", "PINHOLE 96 64 60 60 48 32");
-  ASSERT_THAT(Undistorted({"--for=plain"}), Says(0, ""));
+  ASSERT_THAT(Undistorted({"--for=plain"}), Succeeds());
   for (int i = 1; i < 6; ++i) {
     EXPECT_EQ(Differences(Read(absl::StrFormat("%06d.png", i)), Made(*run_, "masks", i)), 0) << i;
   }
@@ -100,7 +100,7 @@ TEST_F(Undistortion, GivesGaussianSplattingTheUndistortedPicture) {
   for (int i = 1; i < 6; ++i) {
     cv::imwrite(absl::StrFormat("%s/dense/images/%06d.png", root_, i), shown);
   }
-  ASSERT_THAT(Undistorted({"--for=gaussian-splatting"}), Says(0, ""));
+  ASSERT_THAT(Undistorted({"--for=gaussian-splatting"}), Succeeds());
   cv::Mat channels[4];
   cv::split(Read("000003.png"), channels);
   EXPECT_EQ(Differences(channels[3], ByOpenCv(Made(*run_, "masks", 3) == 0, 0)), 0);
@@ -112,9 +112,6 @@ TEST_F(Undistortion, SaysWhatIsWrong) {
   const std::string run = run_->folder.path();
   EXPECT_THAT(Masks({run, "--undistort=" + root_ + "/dense"}), EndsWithLine(2, "belong together"));
   EXPECT_THAT(Undistorted({"--frames=" + root_ + "/f"}), EndsWithLine(2, "original pictures"));
-  EXPECT_THAT(Undistorted({"--for=nerfstudio", "--transforms=" + root_ + "/dense"}),
-              Says(3, "no such file"));
-  WriteText("drive/transforms.json", R"({"frames": []})");
   EXPECT_THAT(Undistorted({"--for=nerfstudio"}), EndsWithLine(2, "leave --undistort out"));
   struct Case {
     const char *sparse, *dense, *message;

