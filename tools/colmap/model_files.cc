@@ -17,57 +17,69 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "numbers are written as they lie");
 static_assert(sizeof(Observation) == 24 && sizeof(TrackElement) == 8, "read without gaps");
 
-// The files are walked once, by the functions below, for each of four streams:
+template <typename T, typename U>
+concept Is = std::is_same_v<std::remove_const_t<T>, U>;
+
+// The items are walked once, by the functions below, for each of four streams:
 //
 //   Value     a number
 //   Model     the number of a camera model; in text its name
 //   Name      the rest of a line; in binary files it ends with a 0
-//   Records   all items of the file, Items: all of a line; in binary files behind their number.
-//             Each has at least `least` bytes there
 //   Line      text goes on in the next line
+//   Items     all of a line, Records: all of the file; in binary files behind their number
 
-template <typename Stream, typename Cameras>
-void WalkCameras(Stream& stream, Cameras& cameras) {
-  stream.Records(cameras, 24, [&](auto& camera) {
-    stream.Value(camera.id);
-    stream.Model(camera.model);
-    stream.Value(camera.width);
-    stream.Value(camera.height);
-    const CameraModel* model = FindCameraModel(camera.model);
-    if (model == nullptr) return;
-    if constexpr (Stream::kReads) camera.parameters.resize(model->parameters);
-    for (auto& parameter : camera.parameters) stream.Value(parameter);
-  });
+// The bytes that an item has at least in a binary file.
+template <typename Item>
+constexpr size_t kLeastBytes = sizeof(Item);
+template <>
+constexpr size_t kLeastBytes<SparseCamera> = 24;
+template <>
+constexpr size_t kLeastBytes<SparseImage> = 73;
+template <>
+constexpr size_t kLeastBytes<SparsePoint> = 51;
+
+template <typename Stream, Is<SparseCamera> Camera>
+void Walk(Stream& stream, Camera& camera) {
+  stream.Value(camera.id);
+  stream.Model(camera.model);
+  stream.Value(camera.width);
+  stream.Value(camera.height);
+  const CameraModel* model = FindCameraModel(camera.model);
+  if (model == nullptr) return;
+  if constexpr (Stream::kReads) camera.parameters.resize(model->parameters);
+  for (auto& parameter : camera.parameters) stream.Value(parameter);
 }
 
-template <typename Stream, typename Images>
-void WalkImages(Stream& stream, Images& images) {
-  stream.Records(images, 73, [&](auto& image) {
-    stream.Value(image.id);
-    for (auto& number : image.pose) stream.Value(number);
-    stream.Value(image.camera);
-    stream.Name(image.name);
-    stream.Line();
-    stream.Items(image.observations, sizeof(Observation), [&](auto& observation) {
-      stream.Value(observation.x);
-      stream.Value(observation.y);
-      stream.Value(observation.point);
-    });
-  });
+template <typename Stream, Is<Observation> Seen>
+void Walk(Stream& stream, Seen& seen) {
+  stream.Value(seen.x);
+  stream.Value(seen.y);
+  stream.Value(seen.point);
 }
 
-template <typename Stream, typename Points>
-void WalkPoints(Stream& stream, Points& points) {
-  stream.Records(points, 51, [&](auto& point) {
-    stream.Value(point.id);
-    for (auto& number : point.xyz) stream.Value(number);
-    for (auto& number : point.rgb) stream.Value(number);
-    stream.Value(point.error);
-    stream.Items(point.track, sizeof(TrackElement), [&](auto& element) {
-      stream.Value(element.image);
-      stream.Value(element.observation);
-    });
-  });
+template <typename Stream, Is<SparseImage> Image>
+void Walk(Stream& stream, Image& image) {
+  stream.Value(image.id);
+  for (auto& number : image.pose) stream.Value(number);
+  stream.Value(image.camera);
+  stream.Name(image.name);
+  stream.Line();
+  stream.Items(image.observations);
+}
+
+template <typename Stream, Is<TrackElement> Element>
+void Walk(Stream& stream, Element& element) {
+  stream.Value(element.image);
+  stream.Value(element.observation);
+}
+
+template <typename Stream, Is<SparsePoint> Point>
+void Walk(Stream& stream, Point& point) {
+  stream.Value(point.id);
+  for (auto& number : point.xyz) stream.Value(number);
+  for (auto& number : point.rgb) stream.Value(number);
+  stream.Value(point.error);
+  stream.Items(point.track);
 }
 
 class BinaryReader {
@@ -94,22 +106,22 @@ class BinaryReader {
     rest_.remove_prefix(length + 1);
   }
   void Line() {}
-  template <typename Item, typename Walk>
-  void Items(std::vector<Item>& items, size_t least, Walk walk) {
+  template <typename Item>
+  void Items(std::vector<Item>& items) {
     uint64_t count = 0;
     Value(count);
-    if (count > rest_.size() / least) {
+    if (count > rest_.size() / kLeastBytes<Item>) {
       return Fail(absl::StrCat(count, " items are more than the file holds"));
     }
     items.resize(count);
     for (Item& item : items) {
       if (!status.ok()) return;
-      walk(item);
+      Walk(*this, item);
     }
   }
-  template <typename Item, typename Walk>
-  void Records(std::vector<Item>& items, size_t least, Walk walk) {
-    Items(items, least, walk);
+  template <typename Item>
+  void Records(std::vector<Item>& items) {
+    Items(items);
     if (!rest_.empty()) Fail("it has more bytes than its items");
   }
 
@@ -141,14 +153,14 @@ class BinaryWriter {
   void Model(int32_t model) { Value(model); }
   void Name(const std::string& name) { bytes.append(name.c_str(), name.size() + 1); }
   void Line() {}
-  template <typename Item, typename Walk>
-  void Items(const std::vector<Item>& items, size_t /*least*/, Walk walk) {
+  template <typename Item>
+  void Items(const std::vector<Item>& items) {
     Value(uint64_t{items.size()});
-    for (const Item& item : items) walk(item);
+    for (const Item& item : items) Walk(*this, item);
   }
-  template <typename Item, typename Walk>
-  void Records(const std::vector<Item>& items, size_t least, Walk walk) {
-    Items(items, least, walk);
+  template <typename Item>
+  void Records(const std::vector<Item>& items) {
+    Items(items);
   }
 
   std::string bytes;
@@ -188,15 +200,15 @@ class TextReader {
   void Line() {
     if (!NextLine()) Fail("the file ends early");
   }
-  template <typename Item, typename Walk>
-  void Items(std::vector<Item>& items, size_t /*least*/, Walk walk) {
-    while (!rest_.empty() && status.ok()) walk(items.emplace_back());
+  template <typename Item>
+  void Items(std::vector<Item>& items) {
+    while (!rest_.empty() && status.ok()) Walk(*this, items.emplace_back());
   }
-  template <typename Item, typename Walk>
-  void Records(std::vector<Item>& items, size_t /*least*/, Walk walk) {
+  template <typename Item>
+  void Records(std::vector<Item>& items) {
     while (status.ok() && NextLine()) {
       if (rest_.empty() || rest_[0] == '#') continue;
-      walk(items.emplace_back());
+      Walk(*this, items.emplace_back());
       if (!rest_.empty()) Fail(Quoted(rest_, "more than the line should hold"));
     }
   }
@@ -250,14 +262,14 @@ class TextWriter {
     if (bytes.back() == ' ') bytes.pop_back();
     bytes += '\n';
   }
-  template <typename Item, typename Walk>
-  void Items(const std::vector<Item>& items, size_t /*least*/, Walk walk) {
-    for (const Item& item : items) walk(item);
+  template <typename Item>
+  void Items(const std::vector<Item>& items) {
+    for (const Item& item : items) Walk(*this, item);
   }
-  template <typename Item, typename Walk>
-  void Records(const std::vector<Item>& items, size_t /*least*/, Walk walk) {
+  template <typename Item>
+  void Records(const std::vector<Item>& items) {
     for (const Item& item : items) {
-      walk(item);
+      Walk(*this, item);
       Line();
     }
   }
@@ -265,31 +277,25 @@ class TextWriter {
   std::string bytes;
 };
 
-template <typename Reader, typename Item, typename Walk>
-absl::StatusOr<std::vector<Item>> ReadBy(absl::string_view bytes, Walk walk) {
+template <typename Reader, typename Item>
+absl::StatusOr<std::vector<Item>> ReadBy(absl::string_view bytes) {
   std::vector<Item> items;
   Reader reader(bytes);
-  walk(reader, items);
+  reader.Records(items);
   if (!reader.status.ok()) return reader.status;
   return items;
 }
 
-template <typename Item, typename Walk>
-absl::StatusOr<std::vector<Item>> Read(absl::string_view bytes, bool is_text, Walk walk) {
-  return is_text ? ReadBy<TextReader, Item>(bytes, walk) : ReadBy<BinaryReader, Item>(bytes, walk);
-}
-
-template <typename Writer, typename Items, typename Walk>
-std::string WriteBy(const std::string& head, const Items& items, Walk walk) {
+template <typename Writer, typename Item>
+std::string WriteBy(const std::string& head, const std::vector<Item>& items) {
   Writer writer(head);
-  walk(writer, items);
+  writer.Records(items);
   return std::move(writer.bytes);
 }
 
-template <typename Items, typename Walk>
-std::string Write(bool is_text, const std::string& head, const Items& items, Walk walk) {
-  return is_text ? WriteBy<TextWriter>(head, items, walk)
-                 : WriteBy<BinaryWriter>(head, items, walk);
+template <typename Item>
+std::string Write(bool is_text, const std::string& head, const std::vector<Item>& items) {
+  return is_text ? WriteBy<TextWriter>(head, items) : WriteBy<BinaryWriter>(head, items);
 }
 
 // Comments that begin a text file, as COLMAP writes them.
@@ -305,30 +311,22 @@ std::string Mean(absl::string_view what, double sum, size_t count) {
 
 }  // namespace
 
-absl::StatusOr<std::vector<SparseCamera>> ParseCameras(absl::string_view bytes, bool is_text) {
-  return Read<SparseCamera>(bytes, is_text,
-                            [](auto& stream, auto& items) { WalkCameras(stream, items); });
+template <typename Item>
+absl::StatusOr<std::vector<Item>> Parse(absl::string_view bytes, bool is_text) {
+  return is_text ? ReadBy<TextReader, Item>(bytes) : ReadBy<BinaryReader, Item>(bytes);
 }
+template absl::StatusOr<std::vector<SparseCamera>> Parse(absl::string_view, bool);
+template absl::StatusOr<std::vector<SparseImage>> Parse(absl::string_view, bool);
+template absl::StatusOr<std::vector<SparsePoint>> Parse(absl::string_view, bool);
 
-absl::StatusOr<std::vector<SparseImage>> ParseImages(absl::string_view bytes, bool is_text) {
-  return Read<SparseImage>(bytes, is_text,
-                           [](auto& stream, auto& items) { WalkImages(stream, items); });
-}
-
-absl::StatusOr<std::vector<SparsePoint>> ParsePoints(absl::string_view bytes, bool is_text) {
-  return Read<SparsePoint>(bytes, is_text,
-                           [](auto& stream, auto& items) { WalkPoints(stream, items); });
-}
-
-std::string FormatCameras(const std::vector<SparseCamera>& cameras, bool is_text) {
+std::string Format(const std::vector<SparseCamera>& cameras, bool is_text) {
   const std::string head =
       Head("Camera list with one line of data per camera",
            "CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]", "cameras", cameras.size());
-  return Write(is_text, head + "\n", cameras,
-               [](auto& stream, auto& items) { WalkCameras(stream, items); });
+  return Write(is_text, head + "\n", cameras);
 }
 
-std::string FormatImages(const std::vector<SparseImage>& images, bool is_text) {
+std::string Format(const std::vector<SparseImage>& images, bool is_text) {
   double observations = 0.0;
   for (const SparseImage& image : images) {
     for (const Observation& observation : image.observations) {
@@ -340,19 +338,17 @@ std::string FormatImages(const std::vector<SparseImage>& images, bool is_text) {
            "IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n#   POINTS2D[] as (X, Y, "
            "POINT3D_ID)",
            "images", images.size());
-  return Write(is_text, head + Mean("observations per image", observations, images.size()), images,
-               [](auto& stream, auto& items) { WalkImages(stream, items); });
+  return Write(is_text, head + Mean("observations per image", observations, images.size()), images);
 }
 
-std::string FormatPoints(const std::vector<SparsePoint>& points, bool is_text) {
+std::string Format(const std::vector<SparsePoint>& points, bool is_text) {
   double elements = 0.0;
   for (const SparsePoint& point : points) elements += static_cast<double>(point.track.size());
   const std::string head =
       Head("3D point list with one line of data per point",
            "POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)", "points",
            points.size());
-  return Write(is_text, head + Mean("track length", elements, points.size()), points,
-               [](auto& stream, auto& items) { WalkPoints(stream, items); });
+  return Write(is_text, head + Mean("track length", elements, points.size()), points);
 }
 
 }  // namespace egosieve::tools

@@ -11,14 +11,14 @@
 
 namespace egosieve::tools {
 
-// DataLoss, naming byte or line. Bytes after the last item are an error, too.
-absl::StatusOr<std::vector<SparseCamera>> ParseCameras(absl::string_view bytes, bool is_text);
-absl::StatusOr<std::vector<SparseImage>> ParseImages(absl::string_view bytes, bool is_text);
-absl::StatusOr<std::vector<SparsePoint>> ParsePoints(absl::string_view bytes, bool is_text);
+// Of SparseCamera, SparseImage or SparsePoint. DataLoss, naming byte or line; bytes after the last
+// item are an error, too.
+template <typename Item>
+absl::StatusOr<std::vector<Item>> Parse(absl::string_view bytes, bool is_text);
 
 // Text has 17 digits, from which every number is read again as it was.
-std::string FormatCameras(const std::vector<SparseCamera>& cameras, bool is_text);
-std::string FormatImages(const std::vector<SparseImage>& images, bool is_text);
-std::string FormatPoints(const std::vector<SparsePoint>& points, bool is_text);
+std::string Format(const std::vector<SparseCamera>& cameras, bool is_text);
+std::string Format(const std::vector<SparseImage>& images, bool is_text);
+std::string Format(const std::vector<SparsePoint>& points, bool is_text);
 
 }  // namespace egosieve::tools

@@ -92,15 +92,16 @@ absl::StatusOr<SparseModel> ReadSparseModel(const std::string& path, bool with_p
                      " holds no model of COLMAP: cameras and images, .bin or .txt; name the "
                      "folder that mapper or image_undistorter wrote"));
   }
-  const auto read = [&](const char* name, auto parse) {
-    return ParseFile(FileIn(model.folder, name, model.is_text),
-                     [&](absl::string_view bytes) { return parse(bytes, model.is_text); });
+  const auto read = [&]<typename Item>(const char* name, std::vector<Item>& items) -> absl::Status {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        items, ParseFile(FileIn(model.folder, name, model.is_text), [&](absl::string_view bytes) {
+          return Parse<Item>(bytes, model.is_text);
+        }));
+    return absl::OkStatus();
   };
-  EGOSIEVE_ASSIGN_OR_RETURN(model.cameras, read("cameras", ParseCameras));
-  EGOSIEVE_ASSIGN_OR_RETURN(model.images, read("images", ParseImages));
-  if (with_points) {
-    EGOSIEVE_ASSIGN_OR_RETURN(model.points, read("points3D", ParsePoints));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(read("cameras", model.cameras));
+  EGOSIEVE_RETURN_IF_ERROR(read("images", model.images));
+  if (with_points) EGOSIEVE_RETURN_IF_ERROR(read("points3D", model.points));
   EGOSIEVE_RETURN_IF_ERROR(CheckReferences(model));
   return model;
 }
@@ -117,9 +118,9 @@ absl::Status WriteSparseModel(const SparseModel& model, const std::string& folde
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
     EGOSIEVE_RETURN_IF_ERROR(write(name, bytes));
   }
-  EGOSIEVE_RETURN_IF_ERROR(write("cameras", FormatCameras(model.cameras, model.is_text)));
-  EGOSIEVE_RETURN_IF_ERROR(write("images", FormatImages(model.images, model.is_text)));
-  return write("points3D", FormatPoints(model.points, model.is_text));
+  EGOSIEVE_RETURN_IF_ERROR(write("cameras", Format(model.cameras, model.is_text)));
+  EGOSIEVE_RETURN_IF_ERROR(write("images", Format(model.images, model.is_text)));
+  return write("points3D", Format(model.points, model.is_text));
 }
 
 }  // namespace egosieve::tools

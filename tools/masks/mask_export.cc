@@ -21,6 +21,7 @@
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/segmented_pictures.h"
+#include "tools/run_folder/written_folder.h"
 #include "vision/frame/image_decoding.h"
 
 namespace egosieve::tools {
@@ -37,32 +38,6 @@ std::set<std::string> PictureFolders(const DriveInput& input) {
     if (vision::HasImageExtension(file)) folders.insert(fs::path(file).parent_path().string());
   }
   return folders;
-}
-
-// Checks a folder to write to: apart from the input, and empty unless it may be overwritten.
-absl::Status CheckFolder(const std::string& flag, const std::string& path,
-                         const std::set<std::string>& sources,
-                         const std::vector<std::string>& files, bool may_hold) {
-  std::error_code error;
-  const std::string given = absl::StrCat(flag, "=", path);
-  if (fs::exists(path, error) && !fs::is_directory(path, error)) {
-    return absl::AlreadyExistsError(absl::StrCat(given, " is a file; name a folder"));
-  }
-  for (const std::string& source : sources) {
-    if (LiesInFolder(path, source)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(given, " lies in what is read, ", source, "; name another folder"));
-    }
-  }
-  if (!CheckApart(path, files).ok()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(given, " is or holds what is read; name another folder"));
-  }
-  if (!may_hold && fs::is_directory(path, error) && !fs::is_empty(path, error)) {
-    return absl::AlreadyExistsError(absl::StrCat(
-        given, " is not empty; name another folder, or replace its files by --overwrite"));
-  }
-  return absl::OkStatus();
 }
 
 // Exists in --out from the beginning of an export to its end: its settings, then what it is made
@@ -107,9 +82,10 @@ absl::Status CheckFolders(const DriveInput& input, const std::string& run,
     sources.insert(options.sparse);
   }
   const std::vector<std::string> files = input.frames->files();
-  EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--out", options.out, sources, files, may_hold));
+  EGOSIEVE_RETURN_IF_ERROR(CheckWrittenFolder("--out", options.out, sources, files, may_hold));
   if (!options.frames.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--frames", options.frames, sources, files, may_hold));
+    EGOSIEVE_RETURN_IF_ERROR(
+        CheckWrittenFolder("--frames", options.frames, sources, files, may_hold));
   }
   for (const std::string& folder : folders) {
     if (LiesInFolder(run, folder)) {

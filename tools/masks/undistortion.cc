@@ -16,7 +16,14 @@ namespace {
 // Of a picture of COLMAP, in pixels.
 constexpr uint64_t kLongestSide = 65535, kLargestArea = uint64_t{1} << 29;
 
+// Whether image_undistorter left the picture as it was.
+bool IsUnchanged(const SparseCamera& original, const SparseCamera& undistorted) {
+  return original.model == undistorted.model && original.width == undistorted.width &&
+         original.height == undistorted.height && original.parameters == undistorted.parameters;
+}
+
 absl::Status CheckCameras(const SparseCamera& original, const SparseCamera& undistorted) {
+  if (IsUnchanged(original, undistorted)) return absl::OkStatus();
   EGOSIEVE_RETURN_IF_ERROR(LensOf(original).status());
   EGOSIEVE_ASSIGN_OR_RETURN(const Lens pinhole, LensOf(undistorted));
   if (!pinhole.is_pinhole()) {
@@ -120,12 +127,14 @@ absl::Status Undistortion::CheckSize(const std::string& image, cv::Size size) co
 absl::Status Undistortion::Apply(MaskedFrame& frame) const {
   EGOSIEVE_RETURN_IF_ERROR(CheckSize(frame.image, frame.masked.size()));
   const auto& [from, to] = cameras_.at(frame.image);
-  EGOSIEVE_ASSIGN_OR_RETURN(const Lens original, LensOf(from));
-  EGOSIEVE_ASSIGN_OR_RETURN(const Lens pinhole, LensOf(to));
   const cv::Size size(static_cast<int>(to.width), static_cast<int>(to.height));
-  frame.masked = Undistort<uint8_t>(frame.masked, original, pinhole, size, 255);
-  if (!frame.numbers.empty()) {
-    frame.numbers = Undistort<uint16_t>(frame.numbers, original, pinhole, size, 0);
+  if (!IsUnchanged(from, to)) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const Lens original, LensOf(from));
+    EGOSIEVE_ASSIGN_OR_RETURN(const Lens pinhole, LensOf(to));
+    frame.masked = Undistort<uint8_t>(frame.masked, original, pinhole, size, 255);
+    if (!frame.numbers.empty()) {
+      frame.numbers = Undistort<uint16_t>(frame.numbers, original, pinhole, size, 0);
+    }
   }
   if (!with_pictures_) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const StoredPicture picture, ReadStoredPicture(Picture(frame.image)));

@@ -6,6 +6,7 @@
 //   masked   as the original pixel (floor x', floor y'); masked without such a pixel         (UD3)
 //
 // Both cameras are those of COLMAP's models, so that scales, blank pixels and cuts are COLMAP's.
+// Pictures whose cameras are equal in both models keep their masks: COLMAP copies them.
 // Where a distortion folds the picture, COLMAP's warp shows pixels twice, and so does (UD2).
 #pragma once
 

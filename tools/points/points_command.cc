@@ -17,8 +17,8 @@
 #include "tools/cli/warning.h"
 #include "tools/colmap/sparse_model.h"
 #include "tools/points/masked_points.h"
-#include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
+#include "tools/run_folder/written_folder.h"
 
 namespace egosieve::tools {
 namespace {
@@ -56,12 +56,14 @@ class PointsCommand : public Command {
   }
 
   absl::StatusOr<ExitCode> Run() override {
-    EGOSIEVE_RETURN_IF_ERROR(CheckFolders());
-    EGOSIEVE_ASSIGN_OR_RETURN(SparseModel model, ReadSparseModel(sparse_, true));
-    if (LiesInFolder(out_, model.folder)) {
-      return absl::InvalidArgumentError(absl::StrCat("--out=", out_, " lies in what is read, ",
-                                                     model.folder, "; name another folder"));
+    std::error_code error;
+    if (!fs::is_directory(masks_, error)) {
+      return absl::NotFoundError(absl::StrCat(
+          "--masks=", masks_, ": no such folder; egosieve masks --for=colmap makes it"));
     }
+    EGOSIEVE_ASSIGN_OR_RETURN(SparseModel model, ReadSparseModel(sparse_, true));
+    EGOSIEVE_RETURN_IF_ERROR(
+        CheckWrittenFolder("--out", out_, {model.folder, masks_}, {}, overwrite_));
     Progress progress("points", progress_, static_cast<int64_t>(model.images.size()));
     EGOSIEVE_ASSIGN_OR_RETURN(
         const MaskedPoints result,
@@ -97,23 +99,6 @@ class PointsCommand : public Command {
   }
 
  private:
-  absl::Status CheckFolders() const {
-    std::error_code error;
-    if (!fs::is_directory(masks_, error)) {
-      return absl::NotFoundError(absl::StrCat(
-          "--masks=", masks_, ": no such folder; egosieve masks --for=colmap makes it"));
-    }
-    if (fs::exists(out_, error) && !fs::is_directory(out_, error)) {
-      return absl::AlreadyExistsError(absl::StrCat("--out=", out_, " is a file; name a folder"));
-    }
-    if (!overwrite_ && fs::exists(out_, error) && !fs::is_empty(out_, error)) {
-      return absl::AlreadyExistsError(
-          absl::StrCat("--out=", out_,
-                       " is not empty; name another folder, or replace its files by --overwrite"));
-    }
-    return absl::OkStatus();
-  }
-
   // Empty if the image has none.
   absl::StatusOr<cv::Mat1b> ReadMask(const SparseImage& image) const {
     const std::string path = absl::StrCat(masks_, "/", image.name, ".png");

@@ -14,7 +14,8 @@
 namespace egosieve::tools {
 
 absl::StatusOr<double> FocalRatioOfColmap(absl::string_view text) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<SparseCamera> cameras, ParseCameras(text, true));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<SparseCamera> cameras,
+                            Parse<SparseCamera>(text, true));
   if (cameras.empty()) return absl::DataLossError("there is no camera in it");
   const SparseCamera& camera = cameras.front();
   const int focals = FindCameraModel(camera.model)->focals;

@@ -63,30 +63,29 @@ SparseModel MakeModel() {
 
 TEST(SparseModel, HasItsBytesAgainAfterText) {
   const SparseModel model = MakeModel();
-  const auto cameras = FormatCameras(model.cameras, false);
-  const auto images = FormatImages(model.images, false);
-  const auto points = FormatPoints(model.points, false);
-  const auto read_cameras = Value(ParseCameras(cameras, false));
-  const auto read_images = Value(ParseImages(images, false));
-  const auto read_points = Value(ParsePoints(points, false));
-  const std::string text = FormatImages(read_images, true);
-  EXPECT_EQ(FormatImages(Value(ParseImages(text, true)), true), text);
-  EXPECT_EQ(FormatImages(Value(ParseImages(text, true)), false), images);
-  EXPECT_EQ(FormatCameras(Value(ParseCameras(FormatCameras(read_cameras, true), true)), false),
-            cameras);
-  EXPECT_EQ(FormatPoints(Value(ParsePoints(FormatPoints(read_points, true), true)), false), points);
+  const auto cameras = Format(model.cameras, false);
+  const auto images = Format(model.images, false);
+  const auto points = Format(model.points, false);
+  const auto read_cameras = Value(Parse<SparseCamera>(cameras, false));
+  const auto read_images = Value(Parse<SparseImage>(images, false));
+  const auto read_points = Value(Parse<SparsePoint>(points, false));
+  const std::string text = Format(read_images, true);
+  EXPECT_EQ(Format(Value(Parse<SparseImage>(text, true)), true), text);
+  EXPECT_EQ(Format(Value(Parse<SparseImage>(text, true)), false), images);
+  EXPECT_EQ(Format(Value(Parse<SparseCamera>(Format(read_cameras, true), true)), false), cameras);
+  EXPECT_EQ(Format(Value(Parse<SparsePoint>(Format(read_points, true), true)), false), points);
   // Windows' ends of lines.
   EXPECT_EQ(
-      FormatImages(Value(ParseImages(absl::StrReplaceAll(text, {{"\n", "\r\n"}}), true)), false),
+      Format(Value(Parse<SparseImage>(absl::StrReplaceAll(text, {{"\n", "\r\n"}}), true)), false),
       images);
 }
 
 TEST(SparseModel, IsReadAsColmapDocumentsIt) {
-  const auto cameras = Value(ParseCameras(kCameras, true));
+  const auto cameras = Value(Parse<SparseCamera>(kCameras, true));
   ASSERT_EQ(cameras.size(), 3u);
   EXPECT_EQ(cameras[2].model, 2);
   EXPECT_THAT(cameras[2].parameters, ElementsAre(2559.69, 1536, 1152, -0.0218531));
-  const auto images = Value(ParseImages(kImages, true));
+  const auto images = Value(Parse<SparseImage>(kImages, true));
   ASSERT_EQ(images.size(), 2u);
   EXPECT_EQ(images[0].pose[6], 3.74354);
   EXPECT_EQ(images[0].name, "P1180141.JPG");
@@ -95,7 +94,7 @@ TEST(SparseModel, IsReadAsColmapDocumentsIt) {
   EXPECT_EQ(images[0].observations[2].point, kNoPoint);
   EXPECT_EQ(images[1].name, "dir/P 2.JPG");
   EXPECT_TRUE(images[1].observations.empty());
-  const auto points = Value(ParsePoints(kPoints, true));
+  const auto points = Value(Parse<SparsePoint>(kPoints, true));
   ASSERT_EQ(points.size(), 2u);
   EXPECT_EQ(points[1].rgb[2], 255);
   EXPECT_EQ(points[1].track[1].observation, 2u);
@@ -114,16 +113,16 @@ TEST(SparseModel, IsReadFromColmapsBytes) {
   Put(bytes, uint64_t{640});
   Put(bytes, uint64_t{480});
   for (const double parameter : {500.0, 510.0, 320.0, 240.0}) Put(bytes, parameter);
-  const auto cameras = Value(ParseCameras(bytes, false));
+  const auto cameras = Value(Parse<SparseCamera>(bytes, false));
   ASSERT_EQ(cameras.size(), 1u);
   EXPECT_EQ(cameras[0].id, 9u);
   EXPECT_EQ(cameras[0].height, 480u);
   EXPECT_THAT(cameras[0].parameters, ElementsAre(500, 510, 320, 240));
   std::string unknown = bytes;
   unknown[12] = 99;
-  EXPECT_THAT(ParseCameras(unknown, false), IsDamaged("there is no camera model 99"));
+  EXPECT_THAT(Parse<SparseCamera>(unknown, false), IsDamaged("there is no camera model 99"));
   unknown[12] = unknown[13] = unknown[14] = unknown[15] = '\xff';
-  EXPECT_THAT(ParseCameras(unknown, false), IsDamaged("there is no camera model -1"));
+  EXPECT_THAT(Parse<SparseCamera>(unknown, false), IsDamaged("there is no camera model -1"));
 }
 
 // Every beginning of a file is an error, and so is a count that the file cannot hold.
@@ -151,23 +150,26 @@ void ExpectErrors(const std::string& bytes, const std::vector<size_t>& counts, P
 
 TEST(SparseModel, RefusesDamagedBytes) {
   const SparseModel model = MakeModel();
-  ExpectErrors(FormatCameras(model.cameras, false), {0}, ParseCameras);
-  ExpectErrors(FormatImages(model.images, false), {0, 8 + 64 + 10}, ParseImages);
-  ExpectErrors(FormatPoints(model.points, false), {0, 8 + 43}, ParsePoints);
+  ExpectErrors(Format(model.cameras, false), {0}, Parse<SparseCamera>);
+  ExpectErrors(Format(model.images, false), {0, 8 + 64 + 10}, Parse<SparseImage>);
+  ExpectErrors(Format(model.points, false), {0, 8 + 43}, Parse<SparsePoint>);
 }
 
 TEST(SparseModel, RefusesDamagedText) {
-  EXPECT_THAT(ParseCameras("1 MAGIC 4 4 1", true), IsDamaged("line 1: the model MAGIC is not"));
-  EXPECT_THAT(ParseCameras("\n1 PINHOLE 4 4 1 2 3", true),
+  EXPECT_THAT(Parse<SparseCamera>("1 MAGIC 4 4 1", true),
+              IsDamaged("line 1: the model MAGIC is not"));
+  EXPECT_THAT(Parse<SparseCamera>("\n1 PINHOLE 4 4 1 2 3", true),
               IsDamaged("line 2: a number is missing"));
-  EXPECT_THAT(ParseCameras("1 PINHOLE 4 4 1 2 3 4 5", true), IsDamaged("'5' is more than"));
-  EXPECT_THAT(ParseCameras("-1 PINHOLE 4 4 1 2 3 4", true), IsDamaged("'-1' is no such number"));
-  EXPECT_THAT(ParseImages("1 1 0 0 0 0 0 0 1", true), IsDamaged("the image has no name"));
-  EXPECT_THAT(ParseImages("1 1 0 0 0 0 0 0 1 a.jpg", true), IsDamaged("line 1: the file ends"));
-  EXPECT_THAT(ParseImages("1 1 0 0 0 0 0 0 1 a.jpg\n1.5 2", true),
+  EXPECT_THAT(Parse<SparseCamera>("1 PINHOLE 4 4 1 2 3 4 5", true), IsDamaged("'5' is more than"));
+  EXPECT_THAT(Parse<SparseCamera>("-1 PINHOLE 4 4 1 2 3 4", true),
+              IsDamaged("'-1' is no such number"));
+  EXPECT_THAT(Parse<SparseImage>("1 1 0 0 0 0 0 0 1", true), IsDamaged("the image has no name"));
+  EXPECT_THAT(Parse<SparseImage>("1 1 0 0 0 0 0 0 1 a.jpg", true),
+              IsDamaged("line 1: the file ends"));
+  EXPECT_THAT(Parse<SparseImage>("1 1 0 0 0 0 0 0 1 a.jpg\n1.5 2", true),
               IsDamaged("line 2: a number is"));
-  EXPECT_THAT(ParsePoints("1 0 0 0 1 2 256 0", true), IsDamaged("'256' is no such number"));
-  EXPECT_THAT(ParsePoints("1 0 0 0 1 2 3 0 1", true), IsDamaged("a number is missing"));
+  EXPECT_THAT(Parse<SparsePoint>("1 0 0 0 1 2 256 0", true), IsDamaged("'256' is no such number"));
+  EXPECT_THAT(Parse<SparsePoint>("1 0 0 0 1 2 3 0 1", true), IsDamaged("a number is missing"));
 }
 
 class SparseFolder : public testing::Test {
@@ -193,11 +195,11 @@ TEST_F(SparseFolder, IsFoundAndWrittenInItsForm) {
   EXPECT_THAT(*ListFolder(root_ + "/out"),
               ElementsAre("cameras.txt", "images.txt", "points3D.txt", "rigs.txt"));
   EXPECT_EQ(*ReadFile(root_ + "/out/rigs.txt"), "# rigs\n");
-  EXPECT_EQ(FormatImages(Value(ReadSparseModel(root_ + "/out", true)).images, false),
-            FormatImages(text.images, false));
+  EXPECT_EQ(Format(Value(ReadSparseModel(root_ + "/out", true)).images, false),
+            Format(text.images, false));
   // COLMAP reads the binary files where there are both.
-  Write("cameras.bin", FormatCameras({text.cameras[0]}, false));
-  Write("images.bin", FormatImages({text.images[1]}, false));
+  Write("cameras.bin", Format(std::vector{text.cameras[0]}, false));
+  Write("images.bin", Format(std::vector{text.images[1]}, false));
   const SparseModel binary = Value(ReadSparseModel(root_ + "/sparse", false));
   EXPECT_FALSE(binary.is_text);
   EXPECT_EQ(binary.images.size(), 1u);

@@ -81,13 +81,17 @@ TEST_F(Undistortion, IsOpenCvs) {
   EXPECT_EQ(Differences(Read("drive/000003.png") != 0, ids != 0), 0);
 }
 
-// A pinhole that is the original camera's own leaves masks as they are.
-TEST_F(Undistortion, OfAPinholeIsTheMaskItself) {
-  WriteModel("sparse", "SIMPLE_PINHOLE 96 64 60 48 32");
-  WriteModel("dense/sparse", "PINHOLE 96 64 60 60 48 32");
-  ASSERT_THAT(Undistorted({"--for=plain"}), Succeeds());
-  for (int i = 1; i < 6; ++i) {
-    EXPECT_EQ(Differences(Read(absl::StrFormat("%06d.png", i)), Made(*run_, "masks", i)), 0) << i;
+// So does a pinhole that is the original camera, and any camera that stays the same.
+TEST_F(Undistortion, OfTheSameCameraIsTheMaskItself) {
+  for (const auto& [original, undistorted] :
+       {std::pair("SIMPLE_PINHOLE 96 64 60 48 32", "PINHOLE 96 64 60 60 48 32"),
+        std::pair("FISHEYE 96 64 60 65 48 32", "FISHEYE 96 64 60 65 48 32")}) {
+    WriteModel("sparse", original);
+    WriteModel("dense/sparse", undistorted);
+    ASSERT_THAT(Undistorted({"--for=plain", "--overwrite"}), Succeeds());
+    for (int i = 1; i < 6; ++i) {
+      EXPECT_EQ(Differences(Read(absl::StrFormat("%06d.png", i)), Made(*run_, "masks", i)), 0) << i;
+    }
   }
 }
 

@@ -101,8 +101,8 @@ TEST_F(PointsCommand, DropsWhatIsMaskedInHalfOfItsObservations) {
         if (id == 10 || id == 11 || id == 15) observation.point = kNoPoint;
       }
     }
-    EXPECT_EQ(FormatImages(made.images, false), FormatImages(expected.images, false));
-    EXPECT_EQ(FormatCameras(made.cameras, false), FormatCameras(expected.cameras, false));
+    EXPECT_EQ(Format(made.images, false), Format(expected.images, false));
+    EXPECT_EQ(Format(made.cameras, false), Format(expected.cameras, false));
     EXPECT_EQ(made.points[0].track.size(), 4u);
   }
 }
@@ -135,8 +135,11 @@ TEST_F(PointsCommand, SaysWhatIsWrong) {
   ASSERT_TRUE(WriteSparseModel(model_, sparse_).ok());
   EXPECT_THAT(Points(), EndsWithLine(2, "has 40 x 30 pixels, its camera 41 x 30"));
   EXPECT_FALSE(fs::exists(out_));
-  out_ = sparse_;
+  out_ = root_ + "/masks/../empty";
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/empty/a", "").ok());
   EXPECT_THAT(Points(), EndsWithLine(2, "is not empty"));
+  out_ = sparse_;
+  EXPECT_THAT(Points(), EndsWithLine(2, "lies in what is read"));
   EXPECT_THAT(Points("--overwrite"), EndsWithLine(2, "lies in what is read"));
   sparse_ = root_ + "/masks";
   EXPECT_THAT(Points("--overwrite"), EndsWithLine(3, "holds no model of COLMAP"));
