@@ -114,8 +114,8 @@ TEST_F(PointsCommand, CopiesRigsAndFrames) {
     ASSERT_TRUE(WriteFileAtomically(sparse_ + "/" + name, absl::StrCat("of ", name)).ok());
   }
   ASSERT_THAT(Points(), Succeeds());
-  EXPECT_EQ(*ReadFile(out_ + "/rigs.bin"), "of rigs.bin");
-  EXPECT_EQ(*ReadFile(out_ + "/frames.bin"), "of frames.bin");
+  EXPECT_EQ(Value(ReadFile(out_ + "/rigs.bin")), "of rigs.bin");
+  EXPECT_EQ(Value(ReadFile(out_ + "/frames.bin")), "of frames.bin");
 }
 
 // One clear line, and nothing is written.
