@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <numeric>
 
 #include "vision/evidence/for_each_point.h"
+#include "vision/trajectory/scatter.h"
 
 namespace egosieve::vision {
 namespace {
@@ -41,8 +43,9 @@ double LogRatioOfDrift(const Drift& drift, const PairLikelihood& likelihood, dou
   const double mean = pictures * drift.pixels.dot(likelihood.normal);
   const double spread = pictures * std::hypot(drift.deviation, kSpeedChange * drift.pixels.norm());
   const double deviation = std::hypot(noise, spread);
-  const double z = (across - mean) / deviation, z_static = across / noise;
-  return 0.5 * (z_static * z_static - z * z) + std::log(noise / deviation);
+  const double z = (across - mean) / deviation;
+  return -0.5 * z * z - 0.5 * std::log(2.0 * std::numbers::pi) + std::log(noise / deviation) -
+         LogScatterDensity(across / noise);
 }
 
 // Sets the drift if it is not known.

@@ -1,7 +1,7 @@
 // Log-likelihood ratios from several pairs of pictures under calibrated camera motions.
 //
 // Each pair of pictures gives each place a log-likelihood ratio l of moving against static
-// (two_view_motion.h, TV4 and TV5). A positive l is limited by the ratio of the grey levels
+// (two_view_motion.h, TV5 and TV8). A positive l is limited by the ratio of the grey levels
 // (photometric_support.h, S2). The pairs are not independent: a slow mover is far from its epipolar
 // line after half a second, and hardly off it after one picture. The small offset is not evidence
 // against motion. So the pair with the longest time span is evaluated first. Its offset c_1 from
@@ -12,8 +12,9 @@
 // v_1 and v_2 are the normals of the lines. s allows the speed to change by half. Movers of this
 // velocity and movers of any other, for which l holds, have equal prior probability:
 //
-//   l_2 = log( exp(l) / 2 + N(c_2; m, sigma_2^2 + s^2) / N(c_2; 0, sigma_2^2) / 2 )         (CP2)
+//   l_2 = log( exp(l) / 2 + N(c_2; m, sigma_2^2 + s^2) / p(c_2) / 2 )                       (CP2)
 //
+// with p of a static place (scatter.h, SC2).
 // For a static point l_2 is about 0, so that it is not counted twice.
 #pragma once
 

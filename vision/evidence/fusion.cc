@@ -57,6 +57,11 @@ double ProbabilityOf(double log_ratio, double mover_share) {
   return 1.0 / (1.0 + std::exp(-log_ratio - std::log(mover_share / (1.0 - mover_share))));
 }
 
+bool Tells(double probability, double mover_share) {
+  const auto log_odds = [](double p) { return std::log(p) - std::log1p(-p); };
+  return !(std::abs(log_odds(probability) - log_odds(mover_share)) < kLeastEvidence);
+}
+
 double EstimateMoverShare(const std::vector<double>& log_ratios, double start) {
   double share = std::clamp(start, kFewestShare, kMostShare);
   if (log_ratios.empty()) return share;

@@ -42,6 +42,7 @@ const char* Name(EvidenceTerm term);
 
 inline constexpr double kMoverScale = 15.0;                                          // S
 inline constexpr std::array<double, kEvidenceTerms> kHiddenShare = {0.3, 0.0, 0.0};  // h
+inline constexpr double kLeastEvidence = 0.1;                                        // nats
 
 // (F1), (F2); 0 if z is NaN.
 double DistanceLogRatio(double z);
@@ -55,6 +56,10 @@ double VisibleLogRatio(EvidenceTerm term, double ratio);
 
 // (F5).
 double ProbabilityOf(double log_ratio, double mover_share);
+
+// Whether |L| of (F5) is at least kLeastEvidence. Blank places, and such as look alike wherever they
+// might have come from, tell nothing: their p is pi.
+bool Tells(double probability, double mover_share);
 
 // (F6) from `start` to convergence, within [0.01, 0.5]; `start` in that range if there are no
 // ratios.

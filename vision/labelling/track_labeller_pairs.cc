@@ -94,6 +94,7 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
     result.residual_pixels.push_back(
         paired ? Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0] : 0.0);
     result.decided_by.push_back(by);
+    result.tells.push_back(Tells(probability, evidence.mover_share));
   };
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];

@@ -52,10 +52,11 @@ Lanes<kLanes> ScaledErfc(const Lanes<kLanes>& x) {
   return sum / (1.0 + 2.0 * x);
 }
 
-// mean, deviation: m and sigma, positive. log_density has a relative accuracy of 1e-9.
-template <int kLanes>
+// mean, deviation: m and sigma, positive; the deviation is a number or Lanes<kLanes>. log_density
+// has a relative accuracy of 1e-9.
+template <int kLanes, typename Deviation>
 ParallaxDensity<kLanes> EvaluateParallax(const Lanes<kLanes>& s, const Lanes<kLanes>& mean,
-                                         double deviation) {
+                                         const Deviation& deviation) {
   constexpr double kInverseSqrtTwoPi = std::numbers::inv_sqrtpi / std::numbers::sqrt2;
   const Lanes<kLanes> k = deviation / mean, z = s / deviation, a = z - k;
   const Lanes<kLanes> e = ScaledErfc<kLanes>(a.abs() / std::numbers::sqrt2);

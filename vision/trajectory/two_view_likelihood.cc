@@ -2,8 +2,11 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "vision/trajectory/ground_bound.h"
+#include "vision/trajectory/scatter.h"
 #include "vision/trajectory/two_view_motion.h"
 #include "vision/trajectory/two_view_terms.h"
 
@@ -30,6 +33,18 @@ double LeastParallax(const TwoViewMotion& motion, const State& state, const Vect
   const double least = ParallaxOf(depth, state.tau);
   const double length = (state.tau.head<2>() - state.tau(2) * p).norm();
   return least * length <= kReach ? least : 0.0;
+}
+
+// (TV8)
+double LogScatteredStatic(const Terms<1>& terms, const State& state, double least) {
+  using Scales = Lanes<kScatterScales>;
+  const Scales sigma = state.noise * ScatterScales();
+  const double length = terms.length(0);
+  const Scales mean = (kLeastParallax * sigma).max(state.mean * length);
+  const Scales along = Scales::Constant(terms.s(0) - least * length);
+  return LogScatterMean(EvaluateParallax<kScatterScales>(along, mean, sigma).log_density -
+                        0.5 * (terms.c(0) / sigma).square() -
+                        (std::sqrt(2.0 * std::numbers::pi) * sigma).log());
 }
 
 }  // namespace
@@ -86,7 +101,7 @@ PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
   const Terms<1> terms = TermsOf(rays, state, least);
   const Vector2d u(terms.ux(0), terms.uy(0));
   PairLikelihood likelihood;
-  likelihood.log_static = terms.log_static(0);
+  likelihood.log_static = LogScatteredStatic(terms, state, least);
   likelihood.log_moving = terms.log_moving(0);
   likelihood.along = terms.s(0);
   likelihood.across = terms.c(0);

@@ -39,6 +39,11 @@
 // as if the state were kept with probability h and drawn anew otherwise. Points that were static
 // keep pi, since any object may start to move.
 //
+// The likelihood of a single pair, from which labels are made, allows for static places that scatter
+// more widely than sigma (scatter.h):
+//
+//   p(d | static) = sum_k w_k (TV4) with s_k sigma in place of sigma                       (TV8)
+//
 // Cost: linear in the pairs, of which no more than `max_pairs` are used. References: Irani &
 // Anandan (1998) on plane and parallax; Fermueller & Aloimonos (1998) on the search over directions
 // of translation.
@@ -127,7 +132,7 @@ void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoV
 // One pair under a motion. Where the ground is known and bounds the depth, the integral of (TV4)
 // begins at LeastInverseDepth.
 struct PairLikelihood {
-  double log_static = 0.0, log_moving = 0.0;          // (TV4), (TV5)
+  double log_static = 0.0, log_moving = 0.0;          // (TV8), (TV5)
   double along = 0.0, across = 0.0;                   // s and c, rays
   Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  // v
   // The segment of the epipolar line on which static points of the same ray lie: from the farthest

@@ -56,6 +56,17 @@ TEST(Fusion, RatiosAreFiniteAndOrdered) {
   EXPECT_EQ(DepthLogRatio(std::nan("")), 0);
 }
 
+TEST(Fusion, ALabelTellsSomethingWhereEvidenceMovesItFromTheShareOfMovers) {
+  for (const double share : {0.01, 0.1, 0.5}) {
+    for (const double ratio : {0.0, 0.09, -0.09}) {
+      EXPECT_FALSE(Tells(ProbabilityOf(ratio, share), share)) << share << ' ' << ratio;
+    }
+    for (const double ratio : {0.11, -0.11, 12.0, -12.0, 1e3, -1e3}) {
+      EXPECT_TRUE(Tells(ProbabilityOf(ratio, share), share)) << share << ' ' << ratio;
+    }
+  }
+}
+
 TEST(Fusion, OnlyNegativeDepthsSayAnything) {
   EXPECT_EQ(DepthLogRatio(0), 0);
   EXPECT_EQ(DepthLogRatio(50), 0);
