@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <numeric>
 
 #include "vision/evidence/for_each_point.h"
@@ -39,13 +38,13 @@ double LogMean(double a, double b) {
 
 // The second part of (CP2).
 double LogRatioOfDrift(const Drift& drift, const PairLikelihood& likelihood, double across,
-                       double noise, int pictures) {
+                       double noise, int pictures, bool scatters) {
   const double mean = pictures * drift.pixels.dot(likelihood.normal);
   const double spread = pictures * std::hypot(drift.deviation, kSpeedChange * drift.pixels.norm());
   const double deviation = std::hypot(noise, spread);
-  const double z = (across - mean) / deviation;
-  return -0.5 * z * z - 0.5 * std::log(2.0 * std::numbers::pi) + std::log(noise / deviation) -
-         LogScatterDensity(across / noise);
+  const double z = (across - mean) / deviation, z_static = across / noise;
+  const double log_static = scatters ? LogScatterDensity(z_static) : LogNormalDensity(z_static);
+  return LogNormalDensity(z) + std::log(noise / deviation) - log_static;
 }
 
 // Sets the drift if it is not known.
@@ -56,7 +55,8 @@ double LogRatio(const CalibratedPair& pair, const PointPair& place, bool is_unbo
   const double noise = pair.motion.noise_pixels;
   double ratio = likelihood.log_moving - likelihood.log_static;
   if (drift.known) {
-    ratio = LogMean(ratio, LogRatioOfDrift(drift, likelihood, across, noise, pair.pictures));
+    ratio = LogMean(ratio, LogRatioOfDrift(drift, likelihood, across, noise, pair.pictures,
+                                           pair.motion.scatters));
   } else {
     drift = {true, across / pair.pictures * likelihood.normal, noise / std::abs(pair.pictures)};
   }

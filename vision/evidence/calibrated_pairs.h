@@ -1,7 +1,7 @@
 // Log-likelihood ratios from several pairs of pictures under calibrated camera motions.
 //
 // Each pair of pictures gives each place a log-likelihood ratio l of moving against static
-// (two_view_motion.h, TV5 and TV8). A positive l is limited by the ratio of the grey levels
+// (two_view_motion.h, TV4, TV5 and TV8). A positive l is limited by the ratio of the grey levels
 // (photometric_support.h, S2). The pairs are not independent: a slow mover is far from its epipolar
 // line after half a second, and hardly off it after one picture. The small offset is not evidence
 // against motion. So the pair with the longest time span is evaluated first. Its offset c_1 from
@@ -14,7 +14,7 @@
 //
 //   l_2 = log( exp(l) / 2 + N(c_2; m, sigma_2^2 + s^2) / p(c_2) / 2 )                       (CP2)
 //
-// with p of a static place (scatter.h, SC2).
+// with p of a static place: N(c_2; 0, sigma_2^2), or (SC2) of scatter.h where it scatters.
 // For a static point l_2 is about 0, so that it is not counted twice.
 #pragma once
 

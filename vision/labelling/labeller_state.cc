@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3830'6c62'616c'6765;  // "egalbl08"
+constexpr uint64_t kMagic = 0x3930'6c62'616c'6765;  // "egalbl09"
 
 // Walk() is used for both directions: with a Writer it appends the state to bytes, with a Reader it
 // sets the state from bytes.
@@ -116,6 +116,7 @@ void WalkTwoViews(Archive& archive, Motion& motion) {
                        &motion.parallax_pixels, &motion.ground_slope, &motion.ground_heights}) {
     archive.Plain(*number);
   }
+  archive.Flag(motion.scatters);
   bool has_travel = motion.travel.has_value();
   archive.Flag(has_travel);
   Eigen::Vector3d travel = motion.travel.value_or(Eigen::Vector3d::Zero());

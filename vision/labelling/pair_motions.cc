@@ -80,7 +80,11 @@ TwoViewMotion PairMotions::Along(const ExtractedFrame& first, const ExtractedFra
     if (moved.size() == places.size()) moved_before.push_back(moved[n]);
   }
   known->second = EstimateTwoViewMotion(pairs, camera, motion_options_, moved_before);
-  if (motion_options_.travel.IsOfVehicle()) FindGround(pairs, camera, known->second);
+  if (motion_options_.travel.IsOfVehicle()) {
+    FindGround(pairs, camera, known->second);
+  } else {
+    known->second.scatters = true;
+  }
   return known->second;
 }
 

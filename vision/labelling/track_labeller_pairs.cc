@@ -77,10 +77,12 @@ CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& poin
 // (vision/evidence/fusion.h). Places outside of the picture and places without a probability are
 // counted as discarded.
 
-// evidence: one per point. Nodes of the flow grid in options.ignored are labelled static.
+// evidence: one per point. Without evidence a label tells nothing, but for a vehicle's camera: what
+// is blank there is mostly road. Nodes of the flow grid in options.ignored are labelled static.
 void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint>& points,
                      const MotionModel& model, const EvidenceResult& evidence,
-                     const FrameLabellerOptions& options, LabelledFrame& result) {
+                     const FrameLabellerOptions& options, bool is_of_vehicle,
+                     LabelledFrame& result) {
   result.noise_pixels = evidence.noise_pixels;
   // A distance to a line checks one direction of two: a single place may pass by chance.
   const bool needs_support = model.kind == MotionModelKind::kFundamental;
@@ -94,7 +96,7 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
     result.residual_pixels.push_back(
         paired ? Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0] : 0.0);
     result.decided_by.push_back(by);
-    result.tells.push_back(Tells(probability, evidence.mover_share));
+    if (!is_of_vehicle) result.tells.push_back(Tells(probability, evidence.mover_share));
   };
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
@@ -266,7 +268,7 @@ absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pi
   result.second_index = view.frame->frame.index;
   RecordMotion(ModelOf(view.motion, Camera(frame.grey.size()), 0), result);
   result.reason.clear();
-  LabelByEvidence(frame, points, MotionModel(), evidence, options_, result);
+  LabelByEvidence(frame, points, MotionModel(), evidence, options_, travel().IsOfVehicle(), result);
   result.static_share = view.motion.static_share;
   result.times.labelling_milliseconds += watch.LapMilliseconds();
   return absl::OkStatus();
@@ -293,7 +295,11 @@ absl::StatusOr<MotionModel> TrackLabeller::MotionOfTracks(const std::vector<Trac
   if (!world.found) {
     world =
         EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_, travel()), moved_before);
-    if (travel().IsOfVehicle()) FindGround(geometry, camera, world);
+    if (travel().IsOfVehicle()) {
+      FindGround(geometry, camera, world);
+    } else {
+      world.scatters = true;
+    }
   }
   MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
   RecordMotion(model, result);
@@ -382,7 +388,7 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   }
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();
-    LabelByEvidence(frame, points, model, evidence, options_, result);
+    LabelByEvidence(frame, points, model, evidence, options_, travel().IsOfVehicle(), result);
   }
   if (const View& view = outlook.longest(); view.frame != nullptr || world.found) {
     result.static_share = (view.frame != nullptr ? view.motion : world).static_share;

@@ -1,4 +1,4 @@
-// How widely static places scatter around where the camera's motion puts them.
+// How widely static places scatter around where the motion of a hand-held camera puts them.
 //
 // The deviation sigma is the median's; water, leaves, rolling shutters, and errors of lens and pose
 // move some static places by many times as much. So the deviation of a place is s_k sigma, and
@@ -29,11 +29,14 @@ inline double LogScatterMean(const Lanes<kScatterScales>& log_densities) {
   return top + std::log((weights * (log_densities - top).exp()).sum() / weights.sum());
 }
 
+inline double LogNormalDensity(double z) {
+  return -0.5 * (z * z + std::log(2.0 * std::numbers::pi));
+}
+
 // log p(z) of (SC2) for sigma = 1.
 inline double LogScatterDensity(double z) {
   const Lanes<kScatterScales> scales = ScatterScales();
-  return LogScatterMean(-0.5 * (z / scales).square() - scales.log()) -
-         0.5 * std::log(2.0 * std::numbers::pi);
+  return LogScatterMean(-0.5 * (z / scales).square() - scales.log()) + LogNormalDensity(0.0);
 }
 
 }  // namespace egosieve::vision

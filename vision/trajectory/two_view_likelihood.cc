@@ -101,7 +101,8 @@ PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
   const Terms<1> terms = TermsOf(rays, state, least);
   const Vector2d u(terms.ux(0), terms.uy(0));
   PairLikelihood likelihood;
-  likelihood.log_static = LogScatteredStatic(terms, state, least);
+  likelihood.log_static =
+      motion.scatters ? LogScatteredStatic(terms, state, least) : terms.log_static(0);
   likelihood.log_moving = terms.log_moving(0);
   likelihood.along = terms.s(0);
   likelihood.across = terms.c(0);

@@ -40,7 +40,7 @@
 // keep pi, since any object may start to move.
 //
 // The likelihood of a single pair, from which labels are made, allows for static places that scatter
-// more widely than sigma (scatter.h):
+// more widely than sigma where the camera is hand-held (scatter.h):
 //
 //   p(d | static) = sum_k w_k (TV4) with s_k sigma in place of sigma                       (TV8)
 //
@@ -94,6 +94,8 @@ struct TwoViewMotion {
   // See ground_bound.h: the slope of the bound, and |t| in heights of the camera; 0: not known.
   // EstimateTwoViewMotion leaves them at 0.
   double ground_slope = 0.0, ground_heights = 0.0;
+  // Whether (TV8) holds: so for cameras that are on no vehicle. EstimateTwoViewMotion leaves it.
+  bool scatters = false;
   // The drive's direction of travel, which defines the horizon. Set where the motion agrees with
   // it.
   std::optional<Eigen::Vector3d> travel;
@@ -132,7 +134,7 @@ void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoV
 // One pair under a motion. Where the ground is known and bounds the depth, the integral of (TV4)
 // begins at LeastInverseDepth.
 struct PairLikelihood {
-  double log_static = 0.0, log_moving = 0.0;          // (TV8), (TV5)
+  double log_static = 0.0, log_moving = 0.0;          // (TV4) or (TV8), (TV5)
   double along = 0.0, across = 0.0;                   // s and c, rays
   Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  // v
   // The segment of the epipolar line on which static points of the same ray lie: from the farthest
