@@ -25,7 +25,9 @@
  *
  * or any other function given as a text: arcsine, constant, linear, matern12, matern32, matern52,
  * periodic, rational_quadratic, squared_exponential and white, their sums and products, and
- * isotropic(...), in which all inputs share a scale: "matern52 + linear * isotropic(periodic)". The
+ * isotropic(...), in which all inputs share a scale: "matern52 + linear * isotropic(periodic)".
+ * Columns restrict a function to some of the inputs, counted from 0: "matern52[0:3] * periodic[3]"
+ * is of inputs 0, 1, 2 and of input 3. Such a function has scales for its own inputs alone. The
  * scales are those of the functions in the order of the text; each term of a sum, except the first,
  * has an amplitude before its scales.
  *
