@@ -286,6 +286,34 @@ absl::StatusOr<std::shared_ptr<const Float64Posterior>> ExactModel::MakeFloat64P
       SharedFactor{kernels::FactorKind::kCholesky, kept.factor, kept.memory});
 }
 
+absl::StatusOr<std::shared_ptr<const SamplePaths>> ExactModel::DrawPaths(
+    const PathOptions& options) const {
+  EGOSIEVE_RETURN_IF_ERROR(weights_.CheckDetermined());
+  EGOSIEVE_ASSIGN_OR_RETURN(PriorPaths prior,
+                            PriorPaths::Draw(hyperparameters_, inputs(), outputs(), options));
+  const int64_t n = size(), columns = prior.columns();
+  RegressionWeights update;
+  update.outputs = columns;
+  if (n > 0 && columns > 0) {
+    std::vector<double> residuals(n * columns);
+    prior.AddTo(inputs(), {residuals.data(), n, columns});
+    for (int64_t c = 0; c < columns; ++c) {
+      NormalStream normal = prior.Numbers(c);
+      for (int64_t i = 0; i < n; ++i) {
+        const double variance =
+            hyperparameters_.noise_variance() + points_.noise_variance(i) + jitter_;
+        double& residual = residuals[i * columns + c];
+        residual = points_.targets[i * outputs() + c / options.count] - residual -
+                   std::sqrt(variance) * normal();
+      }
+    }
+    update = SolveWeights(factor_.Factor(), hyperparameters_.mean, inputs(),
+                          {residuals.data(), n, columns});
+  }
+  return std::make_shared<const SamplePaths>(context_, hyperparameters_, inputs(), std::move(prior),
+                                             update, options.of_observation);
+}
+
 absl::StatusOr<std::shared_ptr<const Posterior>> ExactModel::MakePosterior(
     const SquashParameters& squash, const kernels::DensePosteriorOptions& options,
     const kernels::Contexts& devices) const {

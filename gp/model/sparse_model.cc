@@ -350,4 +350,38 @@ absl::StatusOr<std::shared_ptr<const Float64Posterior>> SparseModel::MakeFloat64
       SharedFactor{kernels::FactorKind::kInverseCholesky, form->root.view(), form});
 }
 
+absl::StatusOr<std::shared_ptr<const SamplePaths>> SparseModel::DrawPaths(
+    const PathOptions& options) const {
+  if (options_.approximation == SparseApproximation::kSubsetOfRegressors) {
+    return absl::UnimplementedError("the subset of regressors has no sample paths; use DTC");
+  }
+  const ConstMatrixView<double> u = inducing_inputs();
+  EGOSIEVE_ASSIGN_OR_RETURN(PriorPaths prior, PriorPaths::Draw(hyperparameters_, u, 1, options));
+  const int64_t m = u.rows, columns = prior.columns();
+  AlignedMatrix g(m, columns), v(m, columns);
+  for (int64_t i = 0; i < m; ++i) std::fill_n(g.row(i), columns, 0.0);
+  prior.AddTo(u, g.view());
+  for (int64_t c = 0; c < columns; ++c) {
+    NormalStream normal = prior.Numbers(c);
+    for (int64_t i = 0; i < m; ++i) {
+      g.row(i)[c] += std::sqrt(solution_.jitter) * normal();
+      v.row(i)[c] = normal();
+    }
+  }
+  SolveLower(solution_.factor.view(), g.view());
+  SolveLowerTransposed(solution_.sum_factor.view(), v.view());
+  for (int64_t i = 0; i < m; ++i) {
+    for (int64_t c = 0; c < columns; ++c) v.row(i)[c] += solution_.weights[i] - g.row(i)[c];
+  }
+  SolveLowerTransposed(solution_.factor.view(), v.view());
+  RegressionWeights update;
+  update.points = m;
+  update.outputs = columns;
+  for (int64_t i = 0; i < m; ++i) {
+    update.alpha.insert(update.alpha.end(), v.row(i), v.row(i) + columns);
+  }
+  return std::make_shared<const SamplePaths>(context_, hyperparameters_, u, std::move(prior),
+                                             update, options.of_observation);
+}
+
 }  // namespace egosieve::gp

@@ -42,6 +42,7 @@
 #include "gp/model/float64_posterior.h"
 #include "gp/model/point_set.h"
 #include "gp/model/posterior.h"
+#include "gp/model/sample_paths.h"
 #include "gp/model/sparse_solution.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
@@ -121,6 +122,9 @@ class SparseModel {
       const kernels::Contexts& devices = {}) const;
   // The same in float64, on the model's own context, which also predicts jointly.
   absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
+  // Samples as functions, (PS5) of gp/model/sample_paths.h. Unimplemented for the subset of
+  // regressors.
+  absl::StatusOr<std::shared_ptr<const SamplePaths>> DrawPaths(const PathOptions& options) const;
 
  private:
   SparseModel() = default;

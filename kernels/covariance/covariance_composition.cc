@@ -13,10 +13,6 @@ namespace {
 
 using Part = CovariancePart;
 
-constexpr char kPreparationHead[] = R"(
-static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
-)";
-
 // The amplitude of a term of a sum, relative to the first term.
 ScaleGroup Amplitude() {
   return {false, ScaleGroup::Unit::kNone, 1.0, std::log(0.05), std::log(20.0)};
@@ -120,6 +116,31 @@ class Composition : public CovarianceDescription {
     return value;
   }
 
+  double SpectralMass(const double* scales, int64_t dimension) const override {
+    double mass = is_sum_ ? 0.0 : 1.0;
+    for (size_t i = 0; i < parts_.size(); ++i) {
+      const double part = TakeMass(i, dimension, scales);
+      if (part == 0.0) return 0.0;
+      mass = is_sum_ ? mass + part : mass * part;
+    }
+    return mass;
+  }
+
+  // Of a sum: that of one term, drawn by the terms' masses. Of a product: the sum over factors.
+  void AddFrequency(const double* scales, int64_t dimension, absl::FunctionRef<double()> normal,
+                    double* frequency) const override {
+    const double uniform = is_sum_ ? 0.5 * std::erfc(-normal() * M_SQRT1_2) : 0.0;
+    double left = uniform * SpectralMass(scales, dimension);
+    for (size_t i = 0; i < parts_.size(); ++i) {
+      const double* own = scales + (HasAmplitude(i) ? 1 : 0);
+      left -= TakeMass(i, dimension, scales);
+      const bool is_last = i + 1 == parts_.size();
+      if (is_sum_ && left > 0.0 && !is_last) continue;
+      parts_[i]->AddFrequency(own, dimension, normal, frequency);
+      if (is_sum_) return;
+    }
+  }
+
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     std::string code;
     std::vector<std::string> values, variances, gradients;
@@ -195,6 +216,14 @@ class Composition : public CovarianceDescription {
  private:
   bool HasAmplitude(size_t i) const { return is_sum_ && i > 0; }
 
+  // The mass of part i with its amplitude; moves `scales` behind the part's.
+  double TakeMass(size_t i, int64_t dimension, const double*& scales) const {
+    const double amplitude = HasAmplitude(i) ? *scales++ : 1.0;
+    const double mass = amplitude * amplitude * parts_[i]->SpectralMass(scales, dimension);
+    scales += parts_[i]->ScaleCount(dimension);
+    return mass;
+  }
+
   static ConstMatrixView<float> ColumnsOf(const ConstMatrixView<float>& points, int64_t first,
                                           int64_t count) {
     if (points.rows == 0) return {};
@@ -257,6 +286,14 @@ class Isotropic : public CovarianceDescription {
     return part_->Variance(Expanded(scales, dimension).data(), dimension, x);
   }
 
+  double SpectralMass(const double* scales, int64_t dimension) const override {
+    return part_->SpectralMass(Expanded(scales, dimension).data(), dimension);
+  }
+  void AddFrequency(const double* scales, int64_t dimension, absl::FunctionRef<double()> normal,
+                    double* frequency) const override {
+    part_->AddFrequency(Expanded(scales, dimension).data(), dimension, normal, frequency);
+  }
+
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     DeviceCodeRequest part = request;
     part.suffix = request.suffix + "_0";
@@ -314,77 +351,6 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
   Part part_;
 };
 
-std::vector<ScaleGroup> Restricted(std::vector<ScaleGroup> groups,
-                                   const std::vector<int64_t>& columns) {
-  for (ScaleGroup& group : groups) group.columns = columns;
-  return groups;
-}
-
-// Points are prepared from the columns alone; all else is the part's.
-class OfColumns : public CovarianceDescription {
- public:
-  OfColumns(const Part& part, const std::vector<int64_t>& columns)
-      : CovarianceDescription(Restricted(part->scale_groups(), columns)),
-        part_(part),
-        columns_(columns) {}
-
-  int64_t LeastDimension() const override { return columns_.back() + 1; }
-  int64_t PointWidth(int64_t /*dimension*/) const override { return part_->PointWidth(count()); }
-
-  void Prepare(const double* scales, int64_t /*dimension*/, const double* x, const double* centre,
-               double* point) const override {
-    part_->Prepare(scales, count(), Gathered(x).data(), Gathered(centre).data(), point);
-  }
-
-  double Value(int64_t /*dimension*/, const double* a, const double* b) const override {
-    return part_->Value(count(), a, b);
-  }
-
-  void AddGradient(int64_t /*dimension*/, const double* a, const double* b, double weight,
-                   double* gradient) const override {
-    part_->AddGradient(count(), a, b, weight, gradient);
-  }
-
-  void AddInputGradient(const double* scales, int64_t /*dimension*/, const double* a,
-                        const double* b, double weight, double* gradient) const override {
-    absl::FixedArray<double, 64> gathered(columns_.size(), 0.0);
-    part_->AddInputGradient(scales, count(), a, b, weight, gathered.data());
-    for (size_t c = 0; c < columns_.size(); ++c) gradient[columns_[c]] += gathered[c];
-  }
-
-  double Variance(const double* scales, int64_t /*dimension*/, const double* x) const override {
-    return part_->Variance(scales, count(), Gathered(x).data());
-  }
-
-  std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return part_->DeviceCode({count(), request.suffix, request.points});
-  }
-
-  std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    const DeviceCodeRequest part = {count(), request.suffix + "_0", request.points};
-    std::string gathering;
-    for (size_t c = 0; c < columns_.size(); ++c) {
-      absl::StrAppend(&gathering, "  own_x[", c, "] = x[", columns_[c], "];\n  own_centre[", c,
-                      "] = centre[", columns_[c], "];\n");
-    }
-    return absl::StrCat(part_->PreparationCode(part), WithSuffix(kPreparationHead, request),
-                        "  double own_x[", count(), "], own_centre[", count(), "];\n", gathering,
-                        "  prepare_point", part.suffix, "(scales, own_x, own_centre, point);\n}\n");
-  }
-
- private:
-  int64_t count() const { return static_cast<int64_t>(columns_.size()); }
-
-  absl::FixedArray<double, 64> Gathered(const double* x) const {
-    absl::FixedArray<double, 64> gathered(columns_.size());
-    for (size_t c = 0; c < columns_.size(); ++c) gathered[c] = x[columns_[c]];
-    return gathered;
-  }
-
-  Part part_;
-  std::vector<int64_t> columns_;
-};
-
 }  // namespace
 
 CovariancePart MakeComposition(std::vector<CovariancePart> parts, bool is_sum) {
@@ -393,10 +359,6 @@ CovariancePart MakeComposition(std::vector<CovariancePart> parts, bool is_sum) {
 
 CovariancePart MakeIsotropic(CovariancePart part) {
   return std::make_shared<Isotropic>(std::move(part));
-}
-
-CovariancePart MakeOfColumns(const CovariancePart& part, const std::vector<int64_t>& columns) {
-  return std::make_shared<OfColumns>(part, columns);
 }
 
 }  // namespace egosieve::kernels

@@ -54,6 +54,7 @@
 #include <string_view>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
 #include "kernels/base/matrix_view.h"
 
@@ -117,6 +118,12 @@ class CovarianceDescription {
                                 const double* b, double weight, double* gradient) const = 0;
   // f(x, x).
   virtual double Variance(const double* scales, int64_t dimension, const double* x) const = 0;
+  // Stationary functions are f(x, x') = m E cos(w.(x - x')) for random frequencies w (Bochner). m; 0
+  // for functions that are not stationary or whose frequencies cannot be drawn.
+  virtual double SpectralMass(const double* /*scales*/, int64_t /*dimension*/) const { return 0.0; }
+  // frequency[d] += w_d. normal: gives independent standard normal values.
+  virtual void AddFrequency(const double* /*scales*/, int64_t /*dimension*/,
+                            absl::FunctionRef<double()> /*normal*/, double* /*frequency*/) const {}
   virtual std::string DeviceCode(const DeviceCodeRequest& request) const = 0;
   virtual std::string PreparationCode(const DeviceCodeRequest& request) const = 0;
   // Comment on the code for the log; may be empty.

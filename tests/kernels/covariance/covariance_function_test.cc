@@ -140,6 +140,31 @@ TEST_P(EveryFunction, InputDerivativesAreFiniteDifferences) {
   }
 }
 
+// Bochner: means of N cosines, whose error is below sqrt(2 log(2 / p) / N) of the mass with
+// probability 1 - p (Hoeffding), p = 1e-9 for each of the pairs.
+TEST_P(EveryFunction, FrequenciesAreItsSpectralMeasure) {
+  const CovarianceDescription& function = parameters_.function.description();
+  const double mass = function.SpectralMass(parameters_.scales.data(), dimension_);
+  if (mass == 0.0 || dimension_ > 6) return;
+  constexpr int kDraws = 20000;
+  std::mt19937_64 random = TestRandom();
+  std::normal_distribution<double> normal;
+  RowMajor sums = RowMajor::Zero(kCount, kCount);
+  for (int t = 0; t < kDraws; ++t) {
+    Eigen::VectorXd frequency = Eigen::VectorXd::Zero(dimension_);
+    function.AddFrequency(
+        parameters_.scales.data(), dimension_, [&] { return normal(random); }, frequency.data());
+    const Eigen::VectorXd phases =
+        Eigen::Map<const RowMajor>(points_.data(), kCount, dimension_) * frequency;
+    for (int64_t i = 0; i < kCount; ++i) {
+      for (int64_t j = 0; j < kCount; ++j) sums(i, j) += std::cos(phases[i] - phases[j]);
+    }
+  }
+  const double signal = parameters_.signal_stddev * parameters_.signal_stddev;
+  const double error = std::sqrt(2.0 * std::log(2e9) / kDraws) * mass;
+  EXPECT_LE((sums * (mass / kDraws) - Gram(parameters_) / signal).cwiseAbs().maxCoeff(), error);
+}
+
 TEST_P(EveryFunction, HasATextABoundAndAStartForEveryScale) {
   const CovarianceFunction function = parameters_.function;
   EXPECT_EQ(Function(std::string(function.text())), function);

@@ -18,6 +18,7 @@ inline std::vector<std::string> Compositions() {
           "linear * isotropic(squared_exponential) + constant",
           "(squared_exponential + matern12 * (linear + constant)) * isotropic(periodic + arcsine)",
           "matern52 * (periodic + linear)[0]",
+          "isotropic(matern32) * squared_exponential + constant + matern12[0]",
           "isotropic((arcsine + matern52) * (periodic + white * (constant + linear)))"};
 }
 
