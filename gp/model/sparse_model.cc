@@ -358,27 +358,23 @@ absl::StatusOr<std::shared_ptr<const SamplePaths>> SparseModel::DrawPaths(
   const ConstMatrixView<double> u = inducing_inputs();
   EGOSIEVE_ASSIGN_OR_RETURN(PriorPaths prior, PriorPaths::Draw(hyperparameters_, u, 1, options));
   const int64_t m = u.rows, columns = prior.columns();
-  AlignedMatrix g(m, columns), v(m, columns);
-  for (int64_t i = 0; i < m; ++i) std::fill_n(g.row(i), columns, 0.0);
-  prior.AddTo(u, g.view());
-  for (int64_t c = 0; c < columns; ++c) {
-    NormalStream normal = prior.Numbers(c);
-    for (int64_t i = 0; i < m; ++i) {
-      g.row(i)[c] += std::sqrt(solution_.jitter) * normal();
-      v.row(i)[c] = normal();
-    }
-  }
-  SolveLower(solution_.factor.view(), g.view());
-  SolveLowerTransposed(solution_.sum_factor.view(), v.view());
-  for (int64_t i = 0; i < m; ++i) {
-    for (int64_t c = 0; c < columns; ++c) v.row(i)[c] += solution_.weights[i] - g.row(i)[c];
-  }
-  SolveLowerTransposed(solution_.factor.view(), v.view());
+  std::vector<double> values(m * columns), g(m), v(m);
+  prior.AddTo(u, {values.data(), m, columns});
   RegressionWeights update;
   update.points = m;
   update.outputs = columns;
-  for (int64_t i = 0; i < m; ++i) {
-    update.alpha.insert(update.alpha.end(), v.row(i), v.row(i) + columns);
+  update.alpha.resize(m * columns);
+  for (int64_t c = 0; c < columns; ++c) {  // one by one: its bits are its own
+    NormalStream normal = prior.Numbers(c);
+    for (int64_t i = 0; i < m; ++i) {
+      g[i] = values[i * columns + c] + std::sqrt(solution_.jitter) * normal();
+      v[i] = normal();
+    }
+    SolveLower(solution_.factor.view(), MatrixView<double>(g.data(), m, 1));
+    SolveLowerTransposed(solution_.sum_factor.view(), MatrixView<double>(v.data(), m, 1));
+    for (int64_t i = 0; i < m; ++i) v[i] += solution_.weights[i] - g[i];
+    SolveLowerTransposed(solution_.factor.view(), MatrixView<double>(v.data(), m, 1));
+    for (int64_t i = 0; i < m; ++i) update.alpha[i * columns + c] = v[i];
   }
   return std::make_shared<const SamplePaths>(context_, hyperparameters_, u, std::move(prior),
                                              update, options.of_observation);

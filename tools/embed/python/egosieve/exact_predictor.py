@@ -78,10 +78,10 @@ class ExactPredictor(Predictor):
         of_observation : bool
             Samples of y: the noise sigma_n^2 is added.
         method : "joint" or "paths"
-            "joint" factorises the covariance of all queries: n_queries^3 / 3 flops. "paths" draws functions by
-            Matheron's rule and random Fourier features, for "squared_exponential", the Matern functions, "constant", their
-            sums and products: linear in n_queries, and a seed gives the same function whatever X is. Mean and
-            covariance are those of the posterior.
+            "joint" factorises the covariance of all queries: n_queries^3 / 3 flops. "paths" draws functions by Matheron's
+            rule and random Fourier features: linear in n_queries, and a seed gives the same function whatever X is. Their
+            mean and covariance are the posterior's. For "squared_exponential", the Matern functions, "constant", their
+            sums and products.
         frequencies : int
             Of each function, with method="paths"; more make its distribution closer to the normal one.
 
