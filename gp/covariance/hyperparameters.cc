@@ -16,7 +16,7 @@ using kernels::CovarianceParameters;
 template <typename Visit>
 void ForEachScale(CovarianceFunction function, int64_t input_dimension, const Visit& visit) {
   for (const kernels::ScaleGroup& group : function.description().scale_groups()) {
-    for (int64_t i = 0; i < (group.per_input ? input_dimension : 1); ++i) visit(group);
+    for (int64_t i = 0; i < group.ScaleCount(input_dimension); ++i) visit(group);
   }
 }
 

@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/jitter_sequence.h"
+#include "gp/linalg/normal_stream.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/splitmix.h"
@@ -21,20 +22,6 @@ using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
 constexpr int64_t kTile = 128;
-
-// In (0, 1).
-double Uniform(uint64_t key, uint64_t place) {
-  const uint64_t bits = kernels::SplitMix(key + kernels::kSplitMixStep * place);
-  return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53;
-}
-
-// Pair number `pair` of two independent normal values.
-void NormalPair(uint64_t key, uint64_t pair, double& first, double& second) {
-  const double radius = std::sqrt(-2.0 * std::log(Uniform(key, 2 * pair)));
-  const double angle = 2.0 * M_PI * Uniform(key, 2 * pair + 1);
-  first = radius * std::cos(angle);
-  second = radius * std::sin(angle);
-}
 
 // z, M x (k S), followed by columns of zeros up to whole tiles.
 AlignedMatrix NormalValues(int64_t size, int64_t columns, int64_t count, uint64_t seed) {

@@ -2,8 +2,7 @@
 //
 //   y_cs = mean_c + C z_cs,   C C^T = Sigma + jitter I,   z_cs ~ N(0, I)                        (1)
 //
-// for columns c of `mean` and samples s. z comes from splitmix64, counted from the seed, by the
-// Box-Muller transform. Sample s depends on seed, M and k, but not on the number of samples or
+// for columns c of `mean` and samples s. z comes from normal_stream.h. Sample s depends on seed, M and k, but not on the number of samples or
 // threads.
 //
 // The covariance of many inputs is singular to working precision if they are close together. It is
@@ -14,7 +13,7 @@
 //
 // Cost: M^3 / 3 flops for C and M^2 k S for the samples.
 //
-// References: Rasmussen & Williams (2006), A.2; Box & Muller (1958); Steele, Lea & Flood (2014).
+// Reference: Rasmussen & Williams (2006), A.2.
 #pragma once
 
 #include <cstdint>

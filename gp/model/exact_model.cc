@@ -286,6 +286,43 @@ absl::StatusOr<std::shared_ptr<const Float64Posterior>> ExactModel::MakeFloat64P
       SharedFactor{kernels::FactorKind::kCholesky, kept.factor, kept.memory});
 }
 
+absl::StatusOr<std::shared_ptr<const SamplePaths>> ExactModel::DrawPaths(
+    const PathOptions& options) const {
+  EGOSIEVE_RETURN_IF_ERROR(weights_.CheckDetermined());
+  EGOSIEVE_ASSIGN_OR_RETURN(PriorPaths prior,
+                            PriorPaths::Draw(hyperparameters_, inputs(), outputs(), options));
+  const int64_t n = size(), k = outputs(), columns = prior.columns();
+  RegressionWeights update;
+  update.outputs = columns;
+  std::vector<double> residuals(n * columns);
+  prior.AddTo(inputs(), {residuals.data(), n, columns});
+  if (n > 0) update = WeightsMemory(hyperparameters_.mean, input_dimension(), n, columns).weights;
+  std::vector<double> targets(n * k);
+  for (int64_t s = 0; n > 0 && s < options.count; ++s) {  // one by one: its bits are its own
+    for (int64_t c = 0; c < k; ++c) {
+      const int64_t column = c * options.count + s;
+      NormalStream normal = prior.Numbers(column);
+      for (int64_t i = 0; i < n; ++i) {
+        const double variance =
+            hyperparameters_.noise_variance() + points_.noise_variance(i) + jitter_;
+        targets[i * k + c] = points_.targets[i * k + c] - residuals[i * columns + column] -
+                             std::sqrt(variance) * normal();
+      }
+    }
+    const RegressionWeights own =
+        SolveWeights(factor_.Factor(), hyperparameters_.mean, inputs(), {targets.data(), n, k});
+    const auto take = [&](const std::vector<double>& from, std::vector<double>& to) {
+      for (size_t i = 0; i < from.size(); ++i) {
+        to[i / k * columns + i % k * options.count + s] = from[i];
+      }
+    };
+    take(own.alpha, update.alpha);
+    take(own.coefficients, update.coefficients);
+  }
+  return std::make_shared<const SamplePaths>(context_, hyperparameters_, inputs(), std::move(prior),
+                                             update, options.of_observation);
+}
+
 absl::StatusOr<std::shared_ptr<const Posterior>> ExactModel::MakePosterior(
     const SquashParameters& squash, const kernels::DensePosteriorOptions& options,
     const kernels::Contexts& devices) const {

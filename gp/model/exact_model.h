@@ -53,6 +53,7 @@
 #include "gp/model/point_set.h"
 #include "gp/model/posterior.h"
 #include "gp/model/regression_weights.h"
+#include "gp/model/sample_paths.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 
@@ -163,6 +164,8 @@ class ExactModel {
   // The same in float64, on the model's own context, which also predicts jointly. It shares the
   // factor until a change of its rows.
   absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
+  // Samples as functions, (PS4) of gp/model/sample_paths.h; of the prior for a model without points.
+  absl::StatusOr<std::shared_ptr<const SamplePaths>> DrawPaths(const PathOptions& options) const;
 
  private:
   ExactModel() = default;

@@ -108,27 +108,16 @@ absl::Status SparseModel::AddObservations(const Observations& added, int64_t tim
   }
   if (RefreshIfStale(k, points)) return absl::OkStatus();
   AlignedMatrix v(k, m);
-  std::vector<double> lambda;
+  std::vector<double> lambda(k);
   EGOSIEVE_RETURN_IF_ERROR(ProjectPoints(*context_, options_, hyperparameters_, solution_,
-                                         added.inputs, added.noise_variances, v, lambda));
-  AlignedMatrix sum = CopyOfSum(solution_.sum);
-  AddTerms(v.view(), lambda.data(), 1.0, sum.view());
-  EGOSIEVE_ASSIGN_OR_RETURN(AlignedMatrix sum_factor, FactorOfSum(sum));
-  std::vector<double> weights(m, 0.0);
-  AddTargetTerms(solution_.projections.data(), solution_.lambda.data(), points.targets.data(),
-                 size(), weights);
-  for (int64_t i = 0; i < k; ++i) {
-    AddTargetTerms(v.row(i), &lambda[i], &added.targets(i, 0), 1, weights);
-  }
-  SolveSum(sum_factor, weights);
-  solution_.projections.reserve(solution_.projections.size() + k * m);
+                                         added.inputs, added.noise_variances, v.view(),
+                                         lambda.data()));
+  EGOSIEVE_ASSIGN_OR_RETURN(Sums sums,
+                            SumsWith(v.view(), lambda.data(), &points.targets[size()], 1.0));
   solution_.lambda.reserve(solution_.lambda.size() + k);
   // Nothing below can fail.
-  for (int64_t i = 0; i < k; ++i) {
-    solution_.projections.insert(solution_.projections.end(), v.row(i), v.row(i) + m);
-  }
   solution_.lambda.insert(solution_.lambda.end(), lambda.begin(), lambda.end());
-  Commit(std::move(sum), std::move(sum_factor), std::move(weights), std::move(points), k);
+  Commit(std::move(sums), std::move(points), k);
   return absl::OkStatus();
 }
 
@@ -139,37 +128,41 @@ absl::Status SparseModel::Remove(absl::Span<const int64_t> rows) {
   points.Remove(rows);
   const int64_t k = static_cast<int64_t>(rows.size()), m = inducing_size();
   if (RefreshIfStale(k, points)) return absl::OkStatus();
-  AlignedMatrix v(k, m);
-  std::vector<double> lambda;
-  std::vector<double> weights(m, 0.0);
-  int64_t kept = 0;  // the first row of a range of kept rows
-  const auto add_stretch = [&](int64_t end) {
-    AddTargetTerms(solution_.projections.data() + kept * m, solution_.lambda.data() + kept,
-                   points_.targets.data() + kept, end - kept, weights);
-    kept = end + 1;
-  };
-  for (int64_t i = 0; i < k; ++i) {
-    std::copy_n(solution_.projections.begin() + rows[i] * m, m, v.row(i));
-    lambda.push_back(solution_.lambda[rows[i]]);
-    add_stretch(rows[i]);
+  std::vector<double> inputs, targets, lambda;
+  for (const int64_t row : rows) {
+    const double* x = &points_.inputs[row * input_dimension()];
+    inputs.insert(inputs.end(), x, x + input_dimension());
+    targets.push_back(points_.targets[row]);
+    lambda.push_back(solution_.lambda[row]);
   }
-  add_stretch(size());
-  AlignedMatrix sum = CopyOfSum(solution_.sum);
-  AddTerms(v.view(), lambda.data(), -1.0, sum.view());
-  EGOSIEVE_ASSIGN_OR_RETURN(AlignedMatrix sum_factor, FactorOfSum(sum));
-  SolveSum(sum_factor, weights);
+  AlignedMatrix v(k, m);
+  EGOSIEVE_RETURN_IF_ERROR(ProjectPoints(*context_, options_, hyperparameters_, solution_,
+                                         {inputs.data(), k, input_dimension()}, {}, v.view(),
+                                         nullptr));
+  EGOSIEVE_ASSIGN_OR_RETURN(Sums sums, SumsWith(v.view(), lambda.data(), targets.data(), -1.0));
   // Nothing below can fail.
-  EraseRows(m, rows, solution_.projections);
   EraseRows(1, rows, solution_.lambda);
-  Commit(std::move(sum), std::move(sum_factor), std::move(weights), std::move(points), k);
+  Commit(std::move(sums), std::move(points), k);
   return absl::OkStatus();
 }
 
-void SparseModel::Commit(AlignedMatrix sum, AlignedMatrix sum_factor, std::vector<double> weights,
-                         PointSet points, int64_t changed) {
-  solution_.sum = std::move(sum);
-  solution_.sum_factor = std::move(sum_factor);
-  solution_.weights = std::move(weights);
+absl::StatusOr<SparseModel::Sums> SparseModel::SumsWith(ConstMatrixView<double> v,
+                                                        const double* lambda, const double* targets,
+                                                        double sign) const {
+  Sums sums = {CopyOfSum(solution_.sum), {}, solution_.target_sum, {}};
+  AddTerms(v, lambda, sign, sums.sum.view());
+  EGOSIEVE_ASSIGN_OR_RETURN(sums.factor, FactorOfSum(sums.sum));
+  AddTargetTerms(v, lambda, targets, sign, sums.target_sum);
+  sums.weights = sums.target_sum;
+  SolveSum(sums.factor, sums.weights);
+  return sums;
+}
+
+void SparseModel::Commit(Sums sums, PointSet points, int64_t changed) {
+  solution_.sum = std::move(sums.sum);
+  solution_.sum_factor = std::move(sums.factor);
+  solution_.target_sum = std::move(sums.target_sum);
+  solution_.weights = std::move(sums.weights);
   solution_.posterior_form.reset();
   points_ = std::move(points);
   changes_ += changed;
@@ -227,9 +220,8 @@ absl::StatusOr<Prediction> SparseModel::Predict(ConstMatrixView<double> points,
     const ConstMatrixView<double> tile =
         points.rows_between(begin, std::min(begin + kPredictionTile, points.rows));
     AlignedMatrix v(tile.rows, m);
-    std::vector<double> unused;
-    EGOSIEVE_RETURN_IF_ERROR(
-        ProjectPoints(*context_, options_, hyperparameters_, solution_, tile, {}, v, unused));
+    EGOSIEVE_RETURN_IF_ERROR(ProjectPoints(*context_, options_, hyperparameters_, solution_, tile,
+                                           {}, v.view(), nullptr));
     std::vector<double> explained;
     for (int64_t i = 0; i < tile.rows; ++i) {
       prediction.mean.push_back(Dot(v.row(i), solution_.weights.data(), m));  // (SP4)
@@ -255,20 +247,17 @@ std::vector<double> SparseModel::MeanCoefficients() const {
   return alpha;
 }
 
-std::vector<double> SparseModel::PredictOwnMean() const {
-  std::vector<double> mean;
-  const int64_t m = inducing_size();
-  for (int64_t i = 0; i < size(); ++i) {
-    mean.push_back(Dot(solution_.projections.data() + i * m, solution_.weights.data(), m));
-  }
-  return mean;
+absl::StatusOr<std::vector<double>> SparseModel::PredictOwnMean() const {
+  const ConstMatrixView<double> x = points_.view(input_dimension());
+  EGOSIEVE_ASSIGN_OR_RETURN(Prediction own, Predict(x, PredictWhat::kMean));
+  return std::move(own.mean);
 }
 
-double SparseModel::LogMarginalLikelihood() const {
+absl::StatusOr<double> SparseModel::LogMarginalLikelihood() const {
   double sum = static_cast<double>(size()) * std::log(2.0 * M_PI);
   for (int64_t j = 0; j < inducing_size(); ++j)
     sum += 2.0 * std::log(solution_.sum_factor.row(j)[j]);
-  const std::vector<double> mean = PredictOwnMean();
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> mean, PredictOwnMean());
   for (int64_t i = 0; i < size(); ++i) {
     // y^T Lambda^-1 y - c.A^-1 c = sum_i y_i (y_i - mean_i) / lambda_i.
     sum += std::log(solution_.lambda[i]) +
@@ -277,17 +266,21 @@ double SparseModel::LogMarginalLikelihood() const {
   return -0.5 * sum;
 }
 
-LeaveOneOut SparseModel::PredictLeaveOneOut() const {
+absl::StatusOr<LeaveOneOut> SparseModel::PredictLeaveOneOut() const {
   // (Q + Lambda)^-1 = Lambda^-1 - Lambda^-1 V A^-1 V^T Lambda^-1; the rows of V are v_i.
   LeaveOneOut result;
   result.noise_variances = points_.noise_variances;
   const int64_t n = size(), m = inducing_size();
-  const std::vector<double> mean = PredictOwnMean();
+  std::vector<double> mean;
   for (int64_t begin = 0; begin < n; begin += kPredictionTile) {
     const int64_t rows = std::min(kPredictionTile, n - begin);
     AlignedMatrix half(rows, m);
+    EGOSIEVE_RETURN_IF_ERROR(
+        ProjectPoints(*context_, options_, hyperparameters_, solution_,
+                      points_.view(input_dimension()).rows_between(begin, begin + rows), {},
+                      half.view(), nullptr));
     for (int64_t i = 0; i < rows; ++i) {
-      std::copy_n(solution_.projections.data() + (begin + i) * m, m, half.row(i));
+      mean.push_back(Dot(half.row(i), solution_.weights.data(), m));
     }
     AppendRows(solution_.sum_factor.view(), half.view());
     for (int64_t i = 0; i < rows; ++i) {
@@ -355,6 +348,36 @@ absl::StatusOr<std::shared_ptr<const Float64Posterior>> SparseModel::MakeFloat64
   return std::make_shared<const Float64Posterior>(
       context_, hyperparameters_, inducing_inputs(), weights,
       SharedFactor{kernels::FactorKind::kInverseCholesky, form->root.view(), form});
+}
+
+absl::StatusOr<std::shared_ptr<const SamplePaths>> SparseModel::DrawPaths(
+    const PathOptions& options) const {
+  if (options_.approximation == SparseApproximation::kSubsetOfRegressors) {
+    return absl::UnimplementedError("the subset of regressors has no sample paths; use DTC");
+  }
+  const ConstMatrixView<double> u = inducing_inputs();
+  EGOSIEVE_ASSIGN_OR_RETURN(PriorPaths prior, PriorPaths::Draw(hyperparameters_, u, 1, options));
+  const int64_t m = u.rows, columns = prior.columns();
+  std::vector<double> values(m * columns), g(m), v(m);
+  prior.AddTo(u, {values.data(), m, columns});
+  RegressionWeights update;
+  update.points = m;
+  update.outputs = columns;
+  update.alpha.resize(m * columns);
+  for (int64_t c = 0; c < columns; ++c) {  // one by one: its bits are its own
+    NormalStream normal = prior.Numbers(c);
+    for (int64_t i = 0; i < m; ++i) {
+      g[i] = values[i * columns + c] + std::sqrt(solution_.jitter) * normal();
+      v[i] = normal();
+    }
+    SolveLower(solution_.factor.view(), MatrixView<double>(g.data(), m, 1));
+    SolveLowerTransposed(solution_.sum_factor.view(), MatrixView<double>(v.data(), m, 1));
+    for (int64_t i = 0; i < m; ++i) v[i] += solution_.weights[i] - g[i];
+    SolveLowerTransposed(solution_.factor.view(), MatrixView<double>(v.data(), m, 1));
+    for (int64_t i = 0; i < m; ++i) update.alpha[i * columns + c] = v[i];
+  }
+  return std::make_shared<const SamplePaths>(context_, hyperparameters_, u, std::move(prior),
+                                             update, options.of_observation);
 }
 
 }  // namespace egosieve::gp

@@ -9,8 +9,9 @@
 //   variance(x) = k(x, x) - |v(x)|^2 + |L_A^-1 v(x)|^2      DTC, FITC                        (SP5)
 //   log p(y) = -1/2 (sum_i log lambda_i + log|A| + y^T Lambda^-1 y - c.A^-1 c + n log 2 pi)   (SP6)
 //
-// Adding or removing a point changes one term of (SP3): m^2 flops, and m^3 / 3 for L_A once per
-// batch. The inducing inputs are chosen anew (n m^2) when a given share of the points or the
+// Adding or removing a point changes one term of (SP3): 2 m^2 flops, and m^3 / 3 for L_A once per
+// batch. Memory: that of sparse_solution.h, while the inducing inputs are chosen 8 n m bytes in its
+// place. The inducing inputs are chosen anew (n m^2) when a given share of the points or the
 // hyperparameters have changed. A is then summed anew, which also removes the rounding errors of
 // earlier removals.
 //
@@ -41,6 +42,7 @@
 #include "gp/model/float64_posterior.h"
 #include "gp/model/point_set.h"
 #include "gp/model/posterior.h"
+#include "gp/model/sample_paths.h"
 #include "gp/model/sparse_solution.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
@@ -105,13 +107,13 @@ class SparseModel {
   // (SP4), (SP5) at N x D points in float64; the prior for an empty model.
   absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
                                      PredictWhat what) const;
-  // The mean at the model's own points, from stored values.
-  std::vector<double> PredictOwnMean() const;
+  // The mean at the model's own points.
+  absl::StatusOr<std::vector<double>> PredictOwnMean() const;
   // (SP6); 0 for an empty model.
-  double LogMarginalLikelihood() const;
+  absl::StatusOr<double> LogMarginalLikelihood() const;
   // Leave-one-out predictions of all points under the approximation's own covariance of y, Q +
-  // Lambda, inverted by (SP3): n m^2 flops.
-  LeaveOneOut PredictLeaveOneOut() const;
+  // Lambda, inverted by (SP3): 2 n m^2 flops.
+  absl::StatusOr<LeaveOneOut> PredictLeaveOneOut() const;
 
   // Unimplemented for the subset of regressors, whose variance has no form for devices; DTC has the
   // same mean. devices: as for ExactModel.
@@ -120,6 +122,9 @@ class SparseModel {
       const kernels::Contexts& devices = {}) const;
   // The same in float64, on the model's own context, which also predicts jointly.
   absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
+  // Samples as functions, (PS5) of gp/model/sample_paths.h. Unimplemented for the subset of
+  // regressors.
+  absl::StatusOr<std::shared_ptr<const SamplePaths>> DrawPaths(const PathOptions& options) const;
 
  private:
   SparseModel() = default;
@@ -137,9 +142,16 @@ class SparseModel {
   // Chooses new inducing inputs for `points`, the model's points after `changed` of them were added
   // or removed, if enough have changed. Returns false if not, or if the choice fails.
   bool RefreshIfStale(int64_t changed, PointSet& points);
+  // (SP3).
+  struct Sums {
+    AlignedMatrix sum, factor;
+    std::vector<double> target_sum, weights;
+  };
+  // The solution's with sign times the terms of these points.
+  absl::StatusOr<Sums> SumsWith(kernels::ConstMatrixView<double> v, const double* lambda,
+                                const double* targets, double sign) const;
   // The last step of adding or removing `changed` points.
-  void Commit(AlignedMatrix sum, AlignedMatrix sum_factor, std::vector<double> weights,
-              PointSet points, int64_t changed);
+  void Commit(Sums sums, PointSet points, int64_t changed);
 
   std::shared_ptr<kernels::Context> context_;
   Hyperparameters hyperparameters_;

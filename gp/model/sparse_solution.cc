@@ -92,12 +92,11 @@ void AddTerms(ConstMatrixView<double> v, const double* lambda, double sign, Matr
   ForEachLowerTile(m, kInducingTile, 1.0 * m * m * v.rows, add);
 }
 
-void AddTargetTerms(const double* v, const double* lambda, const double* targets, int64_t count,
-                    std::vector<double>& c) {
-  const int64_t m = static_cast<int64_t>(c.size());
-  for (int64_t i = 0; i < count; ++i) {
-    const double scale = targets[i] / lambda[i];
-    for (int64_t j = 0; j < m; ++j) c[j] += scale * v[i * m + j];
+void AddTargetTerms(ConstMatrixView<double> v, const double* lambda, const double* targets,
+                    double sign, std::vector<double>& c) {
+  for (int64_t i = 0; i < v.rows; ++i) {
+    const double scale = sign * targets[i] / lambda[i];
+    for (int64_t j = 0; j < v.cols; ++j) c[j] += scale * v(i, j);
   }
 }
 
@@ -139,26 +138,36 @@ absl::StatusOr<SparseSolution> ChooseAndSolveSparse(kernels::Context& context,
 absl::StatusOr<SparseSolution> SolveSparse(kernels::Context& context,
                                            const SparseModelOptions& options,
                                            const Hyperparameters& hyperparameters,
-                                           const PointSet& points, std::vector<double> inputs) {
+                                           const PointSet& points, std::vector<double> inputs,
+                                           AlignedMatrix* projections) {
   SparseSolution solution;
   solution.inducing_inputs = std::move(inputs);
   EGOSIEVE_RETURN_IF_ERROR(FactorizeInducing(context, options, hyperparameters, solution));
   const int64_t m = solution.factor.rows(), n = points.size();
-  AlignedMatrix v(n, m);
-  EGOSIEVE_RETURN_IF_ERROR(ProjectPoints(context, options, hyperparameters, solution,
-                                         points.view(hyperparameters.covariance.input_dimension()),
-                                         points.noise_variances, v, solution.lambda));
-  solution.projections.reserve(n * m);
-  for (int64_t i = 0; i < n; ++i) {
-    solution.projections.insert(solution.projections.end(), v.row(i), v.row(i) + m);
-  }
+  const Observations data = points.observations(hyperparameters.covariance.input_dimension());
+  AlignedMatrix own;
+  if (projections == nullptr) own = AlignedMatrix(std::min(kRowTile, n), m);
+  if (projections != nullptr) *projections = AlignedMatrix(n, m);
+  solution.lambda.resize(n);
   solution.sum = AlignedMatrix(m, m);
   SetIdentity(solution.sum.view());
-  AddTerms(v.view(), solution.lambda.data(), 1.0, solution.sum.view());
+  solution.target_sum.assign(m, 0.0);
+  for (int64_t begin = 0; begin < n; begin += kRowTile) {
+    const int64_t rows = std::min(kRowTile, n - begin);
+    const MatrixView<double> v = projections == nullptr
+                                     ? own.block(rows, m)
+                                     : tile::Block(projections->view(), begin, 0, rows, m);
+    double* lambda = &solution.lambda[begin];
+    EGOSIEVE_RETURN_IF_ERROR(ProjectPoints(
+        context, options, hyperparameters, solution, data.inputs.rows_between(begin, begin + rows),
+        data.noise_variances.empty() ? data.noise_variances
+                                     : data.noise_variances.subspan(begin, rows),
+        v, lambda));
+    AddTerms(v, lambda, 1.0, solution.sum.view());
+    AddTargetTerms(v, lambda, &points.targets[begin], 1.0, solution.target_sum);
+  }
   EGOSIEVE_ASSIGN_OR_RETURN(solution.sum_factor, FactorOfSum(solution.sum));
-  solution.weights.assign(m, 0.0);
-  AddTargetTerms(solution.projections.data(), solution.lambda.data(), points.targets.data(), n,
-                 solution.weights);
+  solution.weights = solution.target_sum;
   SolveSum(solution.sum_factor, solution.weights);
   return solution;
 }
@@ -166,17 +175,21 @@ absl::StatusOr<SparseSolution> SolveSparse(kernels::Context& context,
 absl::Status ProjectPoints(kernels::Context& context, const SparseModelOptions& options,
                            const Hyperparameters& hyperparameters, const SparseSolution& solution,
                            ConstMatrixView<double> inputs, absl::Span<const double> noise_variances,
-                           AlignedMatrix& v, std::vector<double>& lambda) {
+                           MatrixView<double> v, double* lambda) {
   const int64_t m = solution.factor.rows();
-  lambda.assign(inputs.rows, hyperparameters.noise_variance());
-  for (size_t i = 0; i < noise_variances.size(); ++i) lambda[i] += noise_variances[i];
+  for (int64_t i = 0; lambda != nullptr && i < inputs.rows; ++i) {
+    lambda[i] =
+        hyperparameters.noise_variance() + (noise_variances.empty() ? 0.0 : noise_variances[i]);
+  }
   if (m == 0) return absl::OkStatus();
   const ConstMatrixView<double> inducing(solution.inducing_inputs.data(), m,
                                          hyperparameters.covariance.input_dimension());
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance<double>(context, hyperparameters.covariance,
-                                                            inputs, inducing, v.view()));
-  AppendRows(solution.factor.view(), v.view());  // (SP1)
-  if (options.approximation != SparseApproximation::kFitc) return absl::OkStatus();
+  EGOSIEVE_RETURN_IF_ERROR(
+      kernels::CrossCovariance<double>(context, hyperparameters.covariance, inputs, inducing, v));
+  AppendRows(solution.factor.view(), v);  // (SP1)
+  if (lambda == nullptr || options.approximation != SparseApproximation::kFitc) {
+    return absl::OkStatus();
+  }
   for (int64_t i = 0; i < inputs.rows; ++i) {  // (SP2)
     const double prior = PriorVariance(hyperparameters.covariance, inputs.row(i));
     lambda[i] += std::max(0.0, prior - Square(v.row(i), m));

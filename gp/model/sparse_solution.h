@@ -6,6 +6,9 @@
 //   lambda_i = sigma_n^2 + nu_i + k_ii - q_ii   FITC; nu_i: the point's own noise variance    (SP2)
 //   A = I + sum_i v_i v_i^T / lambda_i,  c = sum_i v_i y_i / lambda_i                        (SP3)
 //
+// v is computed kRowTile points at a time and not kept: 8 m^2 bytes, of L, A and L_A each, and 16
+// kRowTile m at work.
+//
 // If K_uu's factorisation refuses a pivot, the jitter increases by factors of ten to 1e-4
 // sigma_f^2, from at least 1e-10 sigma_f^2 on.
 //
@@ -45,14 +48,16 @@ struct SparsePosteriorForm {
   std::vector<double> alpha;
 };
 
+inline constexpr int64_t kRowTile = 2048;
+
 struct SparseSolution {
   std::vector<double> inducing_inputs;  // m x D
   double jitter = 0.0;                  // on K_uu's diagonal
   AlignedMatrix factor;                 // L, m x m
-  std::vector<double> projections;      // v, n x m
   std::vector<double> lambda;           // n
   AlignedMatrix sum;                    // A, m x m, lower triangle
   AlignedMatrix sum_factor;             // L_A, m x m
+  std::vector<double> target_sum;       // c, m
   std::vector<double> weights;          // A^-1 c, m
   // For the above; null before the first request.
   mutable std::shared_ptr<const SparsePosteriorForm> posterior_form;
@@ -60,12 +65,14 @@ struct SparseSolution {
   int64_t inducing_size() const { return factor.rows(); }
 };
 
-// FailedPrecondition if K_uu is not positive definite with the largest jitter.
+// FailedPrecondition if K_uu is not positive definite with the largest jitter. projections: where v,
+// n x m, is written; null: it is not wanted.
 absl::StatusOr<SparseSolution> SolveSparse(kernels::Context& context,
                                            const SparseModelOptions& options,
                                            const Hyperparameters& hyperparameters,
                                            const PointSet& points,
-                                           std::vector<double> inducing_inputs);
+                                           std::vector<double> inducing_inputs,
+                                           AlignedMatrix* projections = nullptr);
 // The same with inducing inputs chosen among the points.
 absl::StatusOr<SparseSolution> ChooseAndSolveSparse(kernels::Context& context,
                                                     const SparseModelOptions& options,
@@ -73,19 +80,19 @@ absl::StatusOr<SparseSolution> ChooseAndSolveSparse(kernels::Context& context,
                                                     const PointSet& points);
 
 // (SP1), (SP2) for points with these noise variances (empty: all 0): rows of v (inputs.rows x m)
-// and their lambdas.
+// and their lambdas; null: not wanted.
 absl::Status ProjectPoints(kernels::Context& context, const SparseModelOptions& options,
                            const Hyperparameters& hyperparameters, const SparseSolution& solution,
                            kernels::ConstMatrixView<double> inputs,
-                           absl::Span<const double> noise_variances, AlignedMatrix& v,
-                           std::vector<double>& lambda);
+                           absl::Span<const double> noise_variances, kernels::MatrixView<double> v,
+                           double* lambda);
 
 // A += sign sum_i v_i v_i^T / lambda_i, in the tiles of the lower triangle. v: k x m.
 void AddTerms(kernels::ConstMatrixView<double> v, const double* lambda, double sign,
               kernels::MatrixView<double> a);
-// c += sum_i v_i y_i / lambda_i over `count` points, v packed.
-void AddTargetTerms(const double* v, const double* lambda, const double* targets, int64_t count,
-                    std::vector<double>& c);
+// c += sign sum_i v_i y_i / lambda_i. targets: k values.
+void AddTargetTerms(kernels::ConstMatrixView<double> v, const double* lambda, const double* targets,
+                    double sign, std::vector<double>& c);
 // L_A from A's lower triangle. Its eigenvalues are at least 1. So this can only fail (Internal)
 // with NaN values or with the rounding errors of removals.
 absl::StatusOr<AlignedMatrix> FactorOfSum(const AlignedMatrix& sum);

@@ -40,11 +40,12 @@ struct Terms {
   SparseSolution solution;
   std::vector<double> beta;    // n
   std::vector<double> missed;  // k_ii - q_ii, n
+  AlignedMatrix projections;   // v, n x m
   AlignedMatrix half;          // rows L_A^-1 v_i, n x m
 
   int64_t points() const { return static_cast<int64_t>(beta.size()); }
   int64_t inducing() const { return solution.inducing_size(); }
-  ConstMatrixView<double> v() const { return {solution.projections.data(), points(), inducing()}; }
+  ConstMatrixView<double> v() const { return projections.view(); }
 };
 
 absl::StatusOr<Terms> ComputeTerms(kernels::Context& context,
@@ -60,14 +61,14 @@ absl::StatusOr<Terms> ComputeTerms(kernels::Context& context,
     inputs.insert(inputs.end(), inducing.row(i), inducing.row(i) + inducing.cols);
   }
   Terms terms;
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      terms.solution, SolveSparse(context, model, hyperparameters, points, std::move(inputs)));
+  EGOSIEVE_ASSIGN_OR_RETURN(terms.solution, SolveSparse(context, model, hyperparameters, points,
+                                                        std::move(inputs), &terms.projections));
   const int64_t n = points.size(), m = inducing.rows;
   const SparseSolution& solution = terms.solution;
   terms.beta.resize(n);
   terms.half = AlignedMatrix(n, m);
   for (int64_t i = 0; i < n; ++i) {
-    const double* v = &solution.projections[i * m];
+    const double* v = terms.projections.row(i);
     const double* x = &points.inputs[i * inducing.cols];
     terms.beta[i] = (points.targets[i] - Dot(v, solution.weights.data(), m)) / solution.lambda[i];
     terms.missed.push_back(

@@ -20,6 +20,10 @@ absl::Status CovarianceParameters::Validate() const {
         absl::StrFormat("scales: %d values of %s give input dimension %d; it must be from 1 to %d",
                         scales.size(), name, inputs, kMaxInputDimension));
   }
+  if (const int64_t least = function.description().LeastDimension(); least > inputs) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%s has column %d; there are %d inputs", name, least - 1, inputs));
+  }
   const int64_t expected = function.description().ScaleCount(inputs);
   if (static_cast<int64_t>(scales.size()) != expected) {
     return absl::InvalidArgumentError(absl::StrFormat("scales: %d values; %s of %d inputs has %d",

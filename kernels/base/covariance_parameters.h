@@ -14,9 +14,6 @@
 
 namespace egosieve::kernels {
 
-// Limits prepared points to the size of registers or a thread's stack.
-inline constexpr int kMaxInputDimension = 256;
-
 struct CovarianceParameters {
   CovarianceFunction function = CovarianceFunction::kArcsine;
   std::vector<double> scales;  // as the function expects them; arcsine: D + 1 weights, bias first
@@ -26,8 +23,8 @@ struct CovarianceParameters {
 
   // D; 0 if it is not determined.
   int64_t input_dimension() const;
-  // InvalidArgument, naming field and value, unless 1 <= D <= kMaxInputDimension, the number of
-  // scales is the function's for D inputs, and every parameter is finite and positive.
+  // InvalidArgument, naming field and value, unless 1 <= D <= kMaxInputDimension, the function's
+  // columns are below D, the number of scales is the function's for D inputs, and every parameter is finite and positive.
   absl::Status Validate() const;
 };
 

@@ -28,6 +28,9 @@ class Constant : public Scaleless {
   double Value(int64_t /*dimension*/, const double* /*a*/, const double* /*b*/) const override {
     return 1.0;
   }
+  double SpectralMass(const double* /*scales*/, int64_t /*dimension*/) const override {
+    return 1.0;
+  }
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     return WithSuffix(kConstantCode, request);
   }

@@ -13,10 +13,6 @@ namespace {
 
 using Part = CovariancePart;
 
-constexpr char kPreparationHead[] = R"(
-static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
-)";
-
 // The amplitude of a term of a sum, relative to the first term.
 ScaleGroup Amplitude() {
   return {false, ScaleGroup::Unit::kNone, 1.0, std::log(0.05), std::log(20.0)};
@@ -38,6 +34,12 @@ class Composition : public CovarianceDescription {
  public:
   Composition(std::vector<Part> parts, bool is_sum)
       : CovarianceDescription(GroupsOf(parts, is_sum)), parts_(std::move(parts)), is_sum_(is_sum) {}
+
+  int64_t LeastDimension() const override {
+    int64_t least = 1;
+    for (const Part& part : parts_) least = std::max(least, part->LeastDimension());
+    return least;
+  }
 
   int64_t PointWidth(int64_t dimension) const override {
     int64_t width = is_sum_ ? static_cast<int64_t>(parts_.size()) - 1 : 0;
@@ -112,6 +114,31 @@ class Composition : public CovarianceDescription {
       scales += parts_[i]->ScaleCount(dimension);
     }
     return value;
+  }
+
+  double SpectralMass(const double* scales, int64_t dimension) const override {
+    double mass = is_sum_ ? 0.0 : 1.0;
+    for (size_t i = 0; i < parts_.size(); ++i) {
+      const double part = TakeMass(i, dimension, scales);
+      if (part == 0.0) return 0.0;
+      mass = is_sum_ ? mass + part : mass * part;
+    }
+    return mass;
+  }
+
+  // Of a sum: that of one term, drawn by the terms' masses. Of a product: the sum over factors.
+  void AddFrequency(const double* scales, int64_t dimension, absl::FunctionRef<double()> normal,
+                    double* frequency) const override {
+    const double uniform = is_sum_ ? 0.5 * std::erfc(-normal() * M_SQRT1_2) : 0.0;
+    double left = uniform * SpectralMass(scales, dimension);
+    for (size_t i = 0; i < parts_.size(); ++i) {
+      const double* own = scales + (HasAmplitude(i) ? 1 : 0);
+      left -= TakeMass(i, dimension, scales);
+      const bool is_last = i + 1 == parts_.size();
+      if (is_sum_ && left > 0.0 && !is_last) continue;
+      parts_[i]->AddFrequency(own, dimension, normal, frequency);
+      if (is_sum_) return;
+    }
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
@@ -189,6 +216,14 @@ class Composition : public CovarianceDescription {
  private:
   bool HasAmplitude(size_t i) const { return is_sum_ && i > 0; }
 
+  // The mass of part i with its amplitude; moves `scales` behind the part's.
+  double TakeMass(size_t i, int64_t dimension, const double*& scales) const {
+    const double amplitude = HasAmplitude(i) ? *scales++ : 1.0;
+    const double mass = amplitude * amplitude * parts_[i]->SpectralMass(scales, dimension);
+    scales += parts_[i]->ScaleCount(dimension);
+    return mass;
+  }
+
   static ConstMatrixView<float> ColumnsOf(const ConstMatrixView<float>& points, int64_t first,
                                           int64_t count) {
     if (points.rows == 0) return {};
@@ -249,6 +284,14 @@ class Isotropic : public CovarianceDescription {
 
   double Variance(const double* scales, int64_t dimension, const double* x) const override {
     return part_->Variance(Expanded(scales, dimension).data(), dimension, x);
+  }
+
+  double SpectralMass(const double* scales, int64_t dimension) const override {
+    return part_->SpectralMass(Expanded(scales, dimension).data(), dimension);
+  }
+  void AddFrequency(const double* scales, int64_t dimension, absl::FunctionRef<double()> normal,
+                    double* frequency) const override {
+    part_->AddFrequency(Expanded(scales, dimension).data(), dimension, normal, frequency);
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {

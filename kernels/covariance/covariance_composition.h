@@ -1,5 +1,5 @@
-// Covariance functions composed of others: sums, products, and functions in which all inputs share
-// a scale.
+// Covariance functions composed of others: sums, products, functions in which all inputs share a
+// scale, and functions of some of the inputs.
 #pragma once
 
 #include <memory>
@@ -9,10 +9,18 @@
 
 namespace egosieve::kernels {
 
+// The first line of a part's prepare_point, open.
+inline constexpr char kPreparationHead[] = R"(
+static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
+)";
+
 using CovariancePart = std::shared_ptr<const CovarianceDescription>;
 
 // At least two parts.
 CovariancePart MakeComposition(std::vector<CovariancePart> parts, bool is_sum);
+// Of a part without columns.
 CovariancePart MakeIsotropic(CovariancePart part);
+// Of a part without columns. columns: at least one, increasing, in [0, kMaxInputDimension).
+CovariancePart MakeOfColumns(const CovariancePart& part, const std::vector<int64_t>& columns);
 
 }  // namespace egosieve::kernels

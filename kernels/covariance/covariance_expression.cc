@@ -1,5 +1,6 @@
 #include "kernels/covariance/covariance_expression.h"
 
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,20 @@ using Names = std::map<std::string, Part, std::less<>>;
 
 constexpr int kDeepest = 32;  // nested parentheses
 
+// Without spaces; runs of three and more as first:end.
+std::string TextOf(const std::vector<int64_t>& columns) {
+  std::vector<std::string> ranges;
+  for (size_t i = 0; i < columns.size();) {
+    size_t end = i + 1;
+    while (end < columns.size() && columns[end] == columns[end - 1] + 1) ++end;
+    if (end - i < 3) end = i + 1;
+    ranges.push_back(end == i + 1 ? absl::StrCat(columns[i])
+                                  : absl::StrCat(columns[i], ":", columns[end - 1] + 1));
+    i = end;
+  }
+  return absl::StrJoin(ranges, ",");
+}
+
 // A recursive-descent parser of the grammar.
 class Parser {
  public:
@@ -32,7 +47,7 @@ class Parser {
  private:
   absl::StatusOr<NamedDescription> Sum(int depth) {
     return Chain('+', depth, [this](int d) {
-      return Chain('*', d, [this](int inner) { return Factor(inner); });
+      return Chain('*', d, [this](int inner) { return WithColumns(inner); });
     });
   }
 
@@ -50,6 +65,42 @@ class Parser {
                             MakeComposition(std::move(parts), sign == '+')};
   }
 
+  absl::StatusOr<NamedDescription> WithColumns(int depth) {
+    EGOSIEVE_ASSIGN_OR_RETURN(NamedDescription part, Factor(depth));
+    if (!Take('[')) return part;
+    if (HasColumns(part)) return Error("a function without columns before '['");
+    std::vector<int64_t> columns;
+    do {
+      const int64_t least = columns.empty() ? 0 : columns.back() + 1;
+      const std::optional<int64_t> first = TakeNumber();
+      const std::optional<int64_t> end = !first.has_value() ? first
+                                         : Take(':')        ? TakeNumber()
+                                                            : *first + 1;
+      if (!end.has_value() || *first < least || *end <= *first || *end > kMaxInputDimension) {
+        return Error("increasing columns, such as 0, 2:5, below 256,");
+      }
+      for (int64_t c = *first; c < *end; ++c) columns.push_back(c);
+    } while (Take(','));
+    if (!Take(']')) return Error("']'");
+    return NamedDescription{absl::StrCat(part.text, "[", TextOf(columns), "]"),
+                            MakeOfColumns(part.description, columns)};
+  }
+
+  static bool HasColumns(const NamedDescription& part) {
+    return part.text.find('[') != std::string::npos;
+  }
+
+  // Nothing unless there is one, of three digits at most.
+  std::optional<int64_t> TakeNumber() {
+    SkipSpace();
+    const size_t begin = place_;
+    int64_t number = 0;
+    while (place_ < text_.size() && place_ < begin + 3 && absl::ascii_isdigit(text_[place_])) {
+      number = 10 * number + (text_[place_++] - '0');
+    }
+    return place_ > begin ? std::optional<int64_t>(number) : std::nullopt;
+  }
+
   absl::StatusOr<NamedDescription> Factor(int depth) {
     if (depth > kDeepest) return Error("fewer parentheses within each other");
     if (Take('(')) return Enclosed("", depth);
@@ -61,6 +112,7 @@ class Parser {
       place_ = end;
       if (!Take('(')) return Error("'(' after isotropic");
       EGOSIEVE_ASSIGN_OR_RETURN(NamedDescription part, Enclosed(name, depth));
+      if (HasColumns(part)) return Error("columns behind isotropic(...), not in it,");
       part.description = MakeIsotropic(std::move(part.description));
       return part;
     }

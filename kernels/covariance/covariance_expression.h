@@ -1,10 +1,14 @@
-// Sums, products and shared scales of covariance functions: descriptions composed of descriptions.
+// Sums, products, shared scales and columns of covariance functions: descriptions composed of
+// descriptions.
 // The grammar is in covariance_function.h.
 //
 //   sum        p = (p_1, a_2, p_2, ...)   v = v_1 + a_2 a_2' v_2 + ...
 //                                         dv/dlog a_2 = 2 a_2 a_2' v_2
 //   product    p = (p_1, p_2, ...)        v = v_1 v_2 ...
 //   isotropic  p with equal scales within a group; a group's derivatives are summed
+//   frequencies (covariance_function.h)   of a sum: one term's, by its share of f(0); of a product:
+//              the sum of its factors' frequencies
+//   columns    p of (x_c1, x_c2, ...); derivatives by other inputs are 0
 #pragma once
 
 #include <functional>

@@ -35,7 +35,13 @@ ScaleGroup LengthScales() {
 
 CovarianceDescription::CovarianceDescription(std::vector<ScaleGroup> groups)
     : groups_(std::move(groups)) {
-  for (const ScaleGroup& group : groups_) ++(group.per_input ? per_input_ : fixed_);
+  for (const ScaleGroup& group : groups_) {
+    if (group.per_input && group.columns.empty()) {
+      ++per_input_;
+    } else {
+      fixed_ += group.ScaleCount(0);
+    }
+  }
 }
 
 int64_t CovarianceDescription::DimensionOf(int64_t scale_count) const {

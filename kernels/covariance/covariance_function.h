@@ -19,10 +19,16 @@
 //
 //   sum      product { "+" product }       f_1 + a_2^2 f_2 + ...;  scales: s_1, a_2, s_2, ...
 //   product  factor { "*" factor }         f_1 f_2 ...;            scales: s_1, s_2, ...
-//   factor   name | "(" sum ")" | "isotropic" "(" sum ")"
+//   factor   whole [ "[" range { "," range } "]" ]
+//   whole    name | "(" sum ")" | "isotropic" "(" sum ")"
+//   range    column | first ":" end           columns first, ..., end - 1
 //
 // A function has one scale per input (automatic relevance determination), except within
 // isotropic(...), where all inputs share one: "matern52 + linear * isotropic(periodic)".
+//
+// A function with columns sees these inputs alone, and has scales for them alone: "matern52[0:3] *
+// periodic[3]". Columns count from 0 and increase. isotropic(...) and a function with columns
+// contain no further columns.
 //
 // The OpenCL text of a function defines three functions, static inline. @ represents the function's
 // suffix and $D the dimension D; UNROLL precedes loops over the values of a point.
@@ -48,10 +54,14 @@
 #include <string_view>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
 #include "kernels/base/matrix_view.h"
 
 namespace egosieve::kernels {
+
+// Limits prepared points to the size of registers or a thread's stack.
+inline constexpr int kMaxInputDimension = 256;
 
 // A group of scales: one for every input, or one for all.
 struct ScaleGroup {
@@ -63,6 +73,12 @@ struct ScaleGroup {
   double initial = 0.5;
   double lower_log = 0.0;
   double upper_log = 0.0;
+  std::vector<int64_t> columns = {};  // the inputs that the function sees; empty: all
+
+  int64_t InputCount(int64_t dimension) const {
+    return columns.empty() ? dimension : static_cast<int64_t>(columns.size());
+  }
+  int64_t ScaleCount(int64_t dimension) const { return per_input ? InputCount(dimension) : 1; }
 };
 
 // The group of a length-scale: 0.5, in [0.02, 20].
@@ -83,6 +99,8 @@ class CovarianceDescription {
   int64_t ScaleCount(int64_t dimension) const { return per_input_ * dimension + fixed_; }
   // D for a number of scales; 0 if it does not follow from it.
   int64_t DimensionOf(int64_t scale_count) const;
+  // D at least: the last column of the text and one.
+  virtual int64_t LeastDimension() const { return 1; }
 
   // P.
   virtual int64_t PointWidth(int64_t dimension) const = 0;
@@ -100,6 +118,12 @@ class CovarianceDescription {
                                 const double* b, double weight, double* gradient) const = 0;
   // f(x, x).
   virtual double Variance(const double* scales, int64_t dimension, const double* x) const = 0;
+  // Stationary functions are f(x, x') = m E cos(w.(x - x')) for random frequencies w (Bochner). m; 0
+  // for functions that are not stationary or whose frequencies cannot be drawn.
+  virtual double SpectralMass(const double* /*scales*/, int64_t /*dimension*/) const { return 0.0; }
+  // frequency[d] += w_d. normal: gives independent standard normal values.
+  virtual void AddFrequency(const double* /*scales*/, int64_t /*dimension*/,
+                            absl::FunctionRef<double()> /*normal*/, double* /*frequency*/) const {}
   virtual std::string DeviceCode(const DeviceCodeRequest& request) const = 0;
   virtual std::string PreparationCode(const DeviceCodeRequest& request) const = 0;
   // Comment on the code for the log; may be empty.

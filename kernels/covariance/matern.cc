@@ -7,6 +7,9 @@
 //   3/2   (1 + r) exp(-r)                exp(-r) q_d
 //   5/2   (1 + r + r^2 / 3) exp(-r)      (1 + r) / 3 exp(-r) q_d
 //
+// Frequencies: w_d = sqrt(2 nu / u) z_d / l_d, z normal, u the sum of 2 nu squared normal values: a
+// multivariate t distribution (Rasmussen & Williams, eq. 4.15).
+//
 // Float32: u (|p| + |p'|) from rounding the points (scaled_difference.h), since the slope with
 // respect to r is at most 1, and 12 u.
 //
@@ -70,6 +73,20 @@ class Matern : public ScaledDifference {
     const double square = std::min(SquaredDistance(dimension, a, b), 1e10), r = std::sqrt(square);
     const double factor = twice_nu_ == 1 ? 1.0 : twice_nu_ == 3 ? 1.0 + r : 1.0 + r + square / 3.0;
     return factor * std::exp(-r);
+  }
+
+  double SpectralMass(const double* /*lengths*/, int64_t /*dimension*/) const override {
+    return 1.0;
+  }
+  void AddFrequency(const double* lengths, int64_t dimension, absl::FunctionRef<double()> normal,
+                    double* frequency) const override {
+    double square = 0.0;
+    for (int i = 0; i < twice_nu_; ++i) {
+      const double z = normal();
+      square += z * z;
+    }
+    const double factor = std::sqrt(twice_nu_ / square);
+    for (int64_t d = 0; d < dimension; ++d) frequency[d] += factor * normal() / lengths[d];
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {

@@ -3,6 +3,8 @@
 //   f(x, x') = exp(-1/2 sum_d ((x_d - x'_d) / l_d)^2),        scales (l_1, ..., l_D)
 //   dv/dlog l_d = f q_d,   q_d = ((x_d - x'_d) / l_d)^2
 //
+// Frequencies: w_d = z_d / l_d, z normal.
+//
 // Float32: 0.61 u (|p| + |p'|) from rounding the points (scaled_difference.h), and 10 u.
 #include <cmath>
 #include <memory>
@@ -31,6 +33,14 @@ class SquaredExponential : public ScaledDifference {
 
   double Value(int64_t dimension, const double* a, const double* b) const override {
     return std::exp(-0.5 * SquaredDistance(dimension, a, b));
+  }
+
+  double SpectralMass(const double* /*lengths*/, int64_t /*dimension*/) const override {
+    return 1.0;
+  }
+  void AddFrequency(const double* lengths, int64_t dimension, absl::FunctionRef<double()> normal,
+                    double* frequency) const override {
+    for (int64_t d = 0; d < dimension; ++d) frequency[d] += normal() / lengths[d];
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {

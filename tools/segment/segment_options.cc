@@ -43,8 +43,12 @@ std::string CovarianceError(const std::string& text) {
   const auto function = kernels::CovarianceFunction::Parse(text);
   if (!function.ok()) return std::string(function.status().message());
   const kernels::CovarianceDescription& description = function->description();
+  if (description.LeastDimension() > kInputs) {
+    return absl::StrCat(text, " has column ", description.LeastDimension() - 1, "; there are ",
+                        kInputs, " inputs");
+  }
   if (description.DimensionOf(description.ScaleCount(kInputs)) == kInputs) return "";
-  return absl::StrCat(text, " does not depend on the inputs; add a function that does");
+  return absl::StrCat(text, " has no scale for each input; add a function that does");
 }
 
 // member: from the settings to the option's value, by reference.
@@ -208,8 +212,8 @@ std::vector<SegmentOption> MakeOptions() {
       {Kind::kResearch, "covariance", "FUNCTION",
        absl::StrCat("Covariance function of the Gaussian process: one of ",
                     absl::StrJoin(kernels::CovarianceFunction::Names(), ", "),
-                    "; or of these sums, products and isotropic(...), for example "
-                    "'matern52 + linear * isotropic(periodic)'"),
+                    "; or of these sums, products, isotropic(...) and columns, for example "
+                    "'matern52 + linear[0:2] * isotropic(periodic)'"),
        Check(CovarianceError),
        [](const std::string& text, Settings& s) {
          s.segmenter.learner.covariance = *kernels::CovarianceFunction::Parse(text);

@@ -151,8 +151,8 @@ double LearnerModel::LogMarginalLikelihood() const {
   if (const auto* exact = std::get_if<ExactModel>(&model_)) return exact->LogMarginalLikelihood();
   const absl::StatusOr<const gp::SparseModel*> sparse =
       std::get<DeferredSparseModel>(model_).Solved();
-  return sparse.ok() ? (*sparse)->LogMarginalLikelihood()
-                     : std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  return sparse.ok() ? (*sparse)->LogMarginalLikelihood().value_or(kNone) : kNone;
 }
 
 absl::StatusOr<gp::LeaveOneOut> LearnerModel::PredictLeaveOneOut(
@@ -161,7 +161,7 @@ absl::StatusOr<gp::LeaveOneOut> LearnerModel::PredictLeaveOneOut(
   EGOSIEVE_RETURN_IF_ERROR(gp::CheckRows(rows, size()));
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::SparseModel* sparse,
                             std::get<DeferredSparseModel>(model_).Solved());
-  const gp::LeaveOneOut all = sparse->PredictLeaveOneOut();
+  EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut all, sparse->PredictLeaveOneOut());
   gp::LeaveOneOut chosen;
   for (const int64_t row : rows) {
     chosen.rows.push_back(row);

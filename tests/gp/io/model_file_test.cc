@@ -196,7 +196,7 @@ TEST(ModelFile, KeepsEverything) {
             CovarianceFunction::kSquaredExponential);
   ModelFile named = without;
   named.model.hyperparameters =
-      DefaultHyperparameters(*CovarianceFunction::Parse("isotropic(matern52) + linear"), 6);
+      DefaultHyperparameters(*CovarianceFunction::Parse("isotropic(matern52) + linear[0,2]"), 6);
   const auto composed = Value(ParseModel(*SerializeModel(named)));
   EXPECT_EQ(composed.model.hyperparameters.covariance.function,
             named.model.hyperparameters.covariance.function);

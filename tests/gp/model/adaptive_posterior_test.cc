@@ -387,7 +387,7 @@ TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
     ASSERT_TRUE(model.Add(training, frame.labels, 0).ok());
     const auto prediction = Value(model.Predict(queries, PredictWhat::kMeanAndVariance));
     const std::vector<double> found =
-        Probabilities(prediction, model.PredictLeaveOneOut(), theta, frame.labels);
+        Probabilities(prediction, Value(model.PredictLeaveOneOut()), theta, frame.labels);
     const std::vector<double> differences = SortedDifferences(found, expected);
     const double mean =
         std::accumulate(differences.begin(), differences.end(), 0.0) / differences.size();

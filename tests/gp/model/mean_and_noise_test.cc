@@ -334,7 +334,7 @@ TEST(NoiseByPoint, IsInSparseModels) {
       EXPECT_NEAR(found.mean[i], expected->mean[i], 1e-6);
       EXPECT_NEAR(found.variance[i], expected->variance[i], 1e-6);
     }
-    EXPECT_NEAR(model.LogMarginalLikelihood(), exact.LogMarginalLikelihood(), 1e-5);
+    EXPECT_NEAR(Value(model.LogMarginalLikelihood()), exact.LogMarginalLikelihood(), 1e-5);
   }
 }
 

@@ -140,6 +140,31 @@ TEST_P(EveryFunction, InputDerivativesAreFiniteDifferences) {
   }
 }
 
+// Bochner: means of N cosines, whose error is below sqrt(2 log(2 / p) / N) of the mass with
+// probability 1 - p (Hoeffding), p = 1e-9 for each of the pairs.
+TEST_P(EveryFunction, FrequenciesAreItsSpectralMeasure) {
+  const CovarianceDescription& function = parameters_.function.description();
+  const double mass = function.SpectralMass(parameters_.scales.data(), dimension_);
+  if (mass == 0.0 || dimension_ > 6) return;
+  constexpr int kDraws = 20000;
+  std::mt19937_64 random = TestRandom();
+  std::normal_distribution<double> normal;
+  RowMajor sums = RowMajor::Zero(kCount, kCount);
+  for (int t = 0; t < kDraws; ++t) {
+    Eigen::VectorXd frequency = Eigen::VectorXd::Zero(dimension_);
+    function.AddFrequency(
+        parameters_.scales.data(), dimension_, [&] { return normal(random); }, frequency.data());
+    const Eigen::VectorXd phases =
+        Eigen::Map<const RowMajor>(points_.data(), kCount, dimension_) * frequency;
+    for (int64_t i = 0; i < kCount; ++i) {
+      for (int64_t j = 0; j < kCount; ++j) sums(i, j) += std::cos(phases[i] - phases[j]);
+    }
+  }
+  const double signal = parameters_.signal_stddev * parameters_.signal_stddev;
+  const double error = std::sqrt(2.0 * std::log(2e9) / kDraws) * mass;
+  EXPECT_LE((sums * (mass / kDraws) - Gram(parameters_) / signal).cwiseAbs().maxCoeff(), error);
+}
+
 TEST_P(EveryFunction, HasATextABoundAndAStartForEveryScale) {
   const CovarianceFunction function = parameters_.function;
   EXPECT_EQ(Function(std::string(function.text())), function);
@@ -157,6 +182,8 @@ TEST_P(EveryFunction, HasATextABoundAndAStartForEveryScale) {
 INSTANTIATE_TEST_SUITE_P(Functions, EveryFunction,
                          testing::Combine(testing::ValuesIn(Expressions()),
                                           testing::Values(1, 6, 32, 100)));
+INSTANTIATE_TEST_SUITE_P(Columns, EveryFunction,
+                         testing::Combine(testing::Values(kOfColumns), testing::Values(5)));
 
 TEST(CovarianceFunction, ListsEveryFunction) {
   EXPECT_EQ(
@@ -172,6 +199,10 @@ TEST(CovarianceFunction, ReadsItsGrammar) {
   EXPECT_EQ(canonical("linear+constant*white"), "linear + constant * white");
   EXPECT_EQ(canonical("(linear+constant)*white"), "(linear + constant) * white");
   EXPECT_EQ(canonical("isotropic( linear )"), "isotropic(linear)");
+  EXPECT_EQ(canonical("(matern52) [ 0 , 1 ]"), "matern52[0,1]");
+  EXPECT_EQ(canonical("(matern52[0, 1])"), "matern52[0,1]");
+  EXPECT_EQ(canonical("isotropic(linear)[1, 3, 4, 5:8, 9]"), "isotropic(linear)[1,3:8,9]");
+  EXPECT_EQ(canonical("(linear[2] + constant)*white"), "(linear[2] + constant) * white");
   EXPECT_EQ(Function("arcsine"), CovarianceFunction::kArcsine);
   EXPECT_NE(Function("matern52"), CovarianceFunction::kArcsine);
 }
@@ -188,7 +219,46 @@ TEST(CovarianceFunction, SaysWhatItCannotRead) {
   EXPECT_THAT(message("(linear"), HasSubstr("expected ')'"));
   EXPECT_THAT(message("linear white"), HasSubstr("expected '+' or '*'"));
   EXPECT_THAT(message("isotropic linear"), HasSubstr("expected '(' after isotropic"));
+  for (const char* columns :
+       {"[]", "[-1]", "[1, 0]", "[0, 0]", "[2:2]", "[0:]", "[0:257]", "[9999]"}) {
+    EXPECT_THAT(message("linear" + std::string(columns)), HasSubstr("expected")) << columns;
+  }
+  EXPECT_THAT(message("linear[256]"), HasSubstr("expected increasing columns"));
+  EXPECT_THAT(message("linear[0"), HasSubstr("expected ']'"));
+  EXPECT_THAT(message("(linear[0] + white)[1]"), HasSubstr("without columns before '['"));
+  EXPECT_THAT(message("isotropic(linear[0])"), HasSubstr("columns behind isotropic(...)"));
   EXPECT_THAT(message(std::string(100, '(') + "linear"), HasSubstr("parentheses"));
+}
+
+// Derivatives and devices: EveryFunction and OnTheDevice, of compositions with columns.
+TEST(Columns, FactorTheSquaredExponential) {
+  std::mt19937_64 random = TestRandom();
+  const std::vector<double> points = RandomPoints(random, 20, 3);
+  const ConstMatrixView<double> x(points.data(), 20, 3);
+  CovarianceParameters all = ParametersOf("squared_exponential[0,2]", 3);
+  CovarianceParameters apart = ParametersOf("squared_exponential[0] * squared_exponential[2]", 3);
+  all.scales = apart.scales = {0.7, 1.9};
+  RowMajor k(20, 20), product(20, 20);
+  reference::CovarianceBlock<double>(all, x, x, false, {k.data(), 20, 20});
+  reference::CovarianceBlock<double>(apart, x, x, false, {product.data(), 20, 20});
+  // Exponents of up to 20 are rounded to 10 eps of theirs, that is to 200 eps of k.
+  EXPECT_TRUE(k.isApprox(product, 200 * 2.2e-16));
+  EXPECT_EQ(all.function.description().ScaleCount(3), 2);
+  // The other column does not matter, and two inputs alone give the same.
+  std::vector<double> two;
+  for (int64_t i = 0; i < 20; ++i) two.insert(two.end(), {points[3 * i], points[3 * i + 2]});
+  CovarianceParameters plain = ParametersOf("squared_exponential", 2);
+  plain.scales = all.scales;
+  reference::CovarianceBlock<double>(plain, {two.data(), 20, 2}, {two.data(), 20, 2}, false,
+                                     {product.data(), 20, 20});
+  EXPECT_EQ(k, product);
+}
+
+TEST(Columns, AreWithinTheInputs) {
+  CovarianceParameters parameters = ParametersOf("matern52 + constant[4]", 5);
+  EXPECT_TRUE(parameters.Validate().ok());
+  parameters = ParametersOf("matern52 + constant[4]", 4);
+  EXPECT_THAT(parameters.Validate(), IsInvalid("has column 4; there are 4 inputs"));
 }
 
 TEST(CovarianceParameters, ScalesAreCounted) {

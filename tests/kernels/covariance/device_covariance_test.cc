@@ -147,6 +147,8 @@ INSTANTIATE_TEST_SUITE_P(ManyInputsOfASum, OnTheDevice,
                          testing::Combine(testing::Values("matern52 + linear"),
                                           testing::Values(32, 100)),
                          NameOf);
+INSTANTIATE_TEST_SUITE_P(Columns, OnTheDevice,
+                         testing::Combine(testing::Values(kOfColumns), testing::Values(5)), NameOf);
 INSTANTIATE_TEST_SUITE_P(UnrolledInputs, OnTheDevice,
                          testing::Combine(testing::Values("arcsine"), testing::Values(32)), NameOf);
 

@@ -17,8 +17,14 @@ inline std::vector<std::string> Compositions() {
           "matern32 * periodic",
           "linear * isotropic(squared_exponential) + constant",
           "(squared_exponential + matern12 * (linear + constant)) * isotropic(periodic + arcsine)",
+          "matern52 * (periodic + linear)[0]",
+          "isotropic(matern32) * squared_exponential + constant + matern12[0]",
           "isotropic((arcsine + matern52) * (periodic + white * (constant + linear)))"};
 }
+
+// Of five inputs, not all of which matter.
+inline constexpr char kOfColumns[] =
+    "squared_exponential[3] * isotropic(matern32)[0,2] + (periodic + linear)[4]";
 
 inline std::vector<std::string> Expressions() {
   std::vector<std::string> all = CovarianceFunction::Names();
@@ -41,7 +47,7 @@ inline CovarianceParameters ParametersOf(const std::string& text, int64_t dimens
   const double root = std::sqrt(static_cast<double>(dimension));
   double factor = 0.8;
   for (const ScaleGroup& group : parameters.function.description().scale_groups()) {
-    for (int64_t i = 0; i < (group.per_input ? dimension : 1); ++i) {
+    for (int64_t i = 0; i < group.ScaleCount(dimension); ++i) {
       factor = factor > 1.3 ? 0.8 : 1.07 * factor;
       const double unit = group.unit == ScaleGroup::Unit::kInverseInput               ? 1.0 / root
                           : group.unit == ScaleGroup::Unit::kInput || group.per_input ? root

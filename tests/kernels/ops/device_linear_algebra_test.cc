@@ -169,7 +169,10 @@ class DevicePreparationTest : public testing::TestWithParam<std::string> {
   void ExpectTheHosts(int64_t dimension) const {
     std::mt19937_64 random = TestRandom();
     const CovarianceParameters parameters = ParametersOf(GetParam(), dimension);
-    const PointPreparation preparation(parameters, std::vector<double>(dimension, 3.0));
+    if (dimension < parameters.function.description().LeastDimension()) return;
+    std::vector<double> centre(dimension);
+    for (int64_t d = 0; d < dimension; ++d) centre[d] = 3.0 + 0.001 * static_cast<double>(d);
+    const PointPreparation preparation(parameters, centre);
     std::vector<float> points;
     for (const double value : RandomPoints(random, kCount, dimension)) {
       points.push_back(static_cast<float>(value + 3.0));
@@ -206,6 +209,7 @@ TEST_P(DevicePreparationTest, IsTheHosts) {
   for (const int64_t dimension : {1, 6, 32, 100}) ExpectTheHosts(dimension);
 }
 
+INSTANTIATE_TEST_SUITE_P(Columns, DevicePreparationTest, testing::Values(kOfColumns));
 INSTANTIATE_TEST_SUITE_P(Functions, DevicePreparationTest, testing::ValuesIn(Expressions()),
                          [](const auto& info) {
                            std::string name = std::to_string(info.index) + "_";

@@ -76,6 +76,7 @@ TEST(ExactRegression, IsTheDefinition) {
   ExpectTheDefinition("matern52", Data(1, 2, 1));
   ExpectTheDefinition("matern52", Data(130, 6, 1));
   ExpectTheDefinition("arcsine", Data(70, 3, 4));
+  ExpectTheDefinition(kOfColumns, Data(50, 5, 1));
   ExpectTheDefinition("isotropic(rational_quadratic) + white", Data(65, 32, 2));
 }
 

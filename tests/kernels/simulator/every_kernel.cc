@@ -67,13 +67,13 @@ struct Inputs {
 
 // A composition that has every function's code in it.
 CovarianceParameters EveryFunction() {
-  std::string text = "isotropic(matern52) * constant";
+  std::string text = "isotropic(matern52)[1] * constant";
   for (const std::string& name : CovarianceFunction::Names()) text += " + " + name;
   CovarianceParameters parameters;
   parameters.function = *CovarianceFunction::Parse(text);
   parameters.dimension = 2;
   for (const ScaleGroup& group : parameters.function.description().scale_groups()) {
-    for (int d = 0; d < (group.per_input ? 2 : 1); ++d)
+    for (int64_t d = 0; d < group.ScaleCount(2); ++d)
       parameters.scales.push_back(0.4 * group.initial);
   }
   return parameters;

@@ -269,7 +269,7 @@ TEST_F(BadInput, FlagsThatAreNone) {
   ExpectRefused(Segment(input_, {"--set=covariance=matern5"}), 2,
                 "functions are arcsine, constant");
   ExpectRefused(Segment(input_, {"--set=covariance=white + constant"}), 2,
-                "does not depend on the inputs");
+                "has no scale for each input");
   ExpectRefused(Segment(input_, {"--location_prior=0"}), 2, "unknown flag --location_prior");
   ExpectRefused(Segment(input_, {"--set", "location_prior=2"}), 2,
                 "--set location_prior: 2 is not from 0 to 1");

@@ -214,12 +214,14 @@ Ranges RangesOf(const gp::Hyperparameters& kind, const gp::Observations& data, b
     spreads.push_back(
         SpreadOf(inputs, d, of_classes ? data.noise_variances : absl::Span<const double>()));
   }
-  const double root = std::sqrt(static_cast<double>(inputs.cols));  // distances grow with it
-  const double largest = *std::max_element(spreads.begin(), spreads.end());
   using Unit = kernels::ScaleGroup::Unit;
   for (const kernels::ScaleGroup& group : kind.covariance.function.description().scale_groups()) {
-    for (int64_t d = 0; d < (group.per_input ? inputs.cols : 1); ++d) {
-      const double spread = group.per_input ? spreads[d] : largest;
+    std::vector<double> own;
+    for (const int64_t column : group.columns) own.push_back(spreads[column]);
+    if (own.empty()) own = spreads;
+    const double root = std::sqrt(static_cast<double>(own.size()));  // distances grow with it
+    if (!group.per_input) own = {*std::max_element(own.begin(), own.end())};
+    for (const double spread : own) {
       switch (group.unit) {
         case Unit::kNone:
           add(1.0, 1e-5, 1e5);

@@ -151,6 +151,20 @@ egosieve_status egosieve_gp_sample(egosieve_gp* gp, const egosieve_const_array* 
   });
 }
 
+egosieve_status egosieve_gp_sample_paths(egosieve_gp* gp, const egosieve_const_array* x,
+                                         uint64_t seed, int64_t frequencies, int32_t of_observation,
+                                         const egosieve_array* samples) {
+  return WithQueries(__func__, gp, x, [&](const auto& regression, const Queries& queries) {
+    RequirePointer("samples", samples);
+    const gp::PathOptions options = {samples->columns, frequencies, seed, of_observation != 0};
+    const OutputArray output("samples", samples, queries.rows * regression.outputs(),
+                             options.count);
+    Require(output.wanted(), "samples.data is null");
+    const auto paths = Take(regression.DrawPaths(options));
+    output.Write(Take(paths->Evaluate(queries.view())));
+  });
+}
+
 egosieve_status egosieve_gp_gradients(egosieve_gp* gp, const egosieve_const_array* x,
                                       const egosieve_array* mean, const egosieve_array* variance) {
   return WithQueries(__func__, gp, x, [&](const auto& regression, const Queries& queries) {

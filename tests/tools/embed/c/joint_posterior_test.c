@@ -173,6 +173,35 @@ static void test_samples(void) {
   CHECK_OK(egosieve_gp_free(prior));
 }
 
+/* A path is the same function whatever it is asked, and goes through the points where there is hardly
+   any noise: the posterior's deviation there is below sigma_n, 1e-3, and 10 of them are allowed. */
+static void test_sample_paths(void) {
+  egosieve_gp* gp = new_named_model("matern52", D, EGOSIEVE_ZERO_MEAN);
+  const double lengths[D] = {0.5, 0.5, 0.5};
+  const egosieve_const_array inputs = doubles(&x[0][0], N, D), targets = doubles(y, N, 1);
+  const egosieve_const_array points = doubles(&queries[0][0], M, D);
+  const egosieve_const_array last = doubles(&queries[M - 1][0], 1, D);
+  static double first[M][4], own[N][2];
+  double second[2];
+  egosieve_array four = doubles_out(&first[0][0], M, 4), two = doubles_out(second, 1, 2);
+  egosieve_array at_points = doubles_out(&own[0][0], N, 2);
+  CHECK_OK(egosieve_gp_set_hyperparameters(gp, lengths, D, 1.0, 1e-3));
+  CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+  CHECK_OK(egosieve_gp_sample_paths(gp, &points, 5, 256, 0, &four));
+  CHECK_OK(egosieve_gp_sample_paths(gp, &last, 5, 256, 0, &two));
+  CHECK(second[0] == first[M - 1][0] && second[1] == first[M - 1][1] && second[0] != second[1]);
+  CHECK_OK(egosieve_gp_sample_paths(gp, &inputs, 5, 256, 0, &at_points));
+  for (int i = 0; i < N; ++i) CHECK(fabs(own[i][0] - y[i]) < 1e-2);
+  CHECK_CALL(egosieve_gp_sample_paths(gp, &last, 5, 0, 0, &two), EGOSIEVE_INVALID_ARGUMENT,
+             "frequencies = 0");
+  CHECK_CALL(egosieve_gp_sample_paths(gp, &points, 5, 9, 0, &two), EGOSIEVE_INVALID_ARGUMENT,
+             "samples: 1 x 2");
+  CHECK_OK(egosieve_gp_free(gp));
+  gp = new_model(EGOSIEVE_ARCSINE);
+  CHECK_CALL(egosieve_gp_sample_paths(gp, &last, 5, 9, 0, &two), EGOSIEVE_UNIMPLEMENTED, "arcsine");
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
 /* Two outputs with a linear mean: y is a plane for the second, which the mean takes whole. */
 static void test_outputs_and_mean(void) {
   egosieve_gp* gp = new_named_model("matern52", D, EGOSIEVE_LINEAR_MEAN);
@@ -289,6 +318,7 @@ int main(void) {
   test_covariances();
   test_classes();
   test_samples();
+  test_sample_paths();
   test_outputs_and_mean();
   test_file();
   test_refusals();

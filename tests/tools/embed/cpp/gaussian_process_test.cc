@@ -255,6 +255,11 @@ TEST(GaussianProcess, JointPredictionsAreTheCInterfaces) {
   EXPECT_LE((mean.col(1) - 3.0 * mean.col(0)).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_EQ(covariance, Eigen::MatrixXd(covariance.transpose()));
   EXPECT_GE(gp.Sample(View(data.queries), 1, MutableView(samples)).value(), 0.0);
+  gp.SamplePaths(View(data.queries), 1, MutableView(samples)).ThrowIfError();
+  const Eigen::MatrixXd paths = samples;
+  samples.setZero();
+  gp.SamplePaths(View(data.queries), 1, MutableView(samples), false, 1024).ThrowIfError();
+  EXPECT_EQ(samples, paths);
   Eigen::MatrixXd wide(kQueries, 2), variance(kQueries, 1);
   Prediction prediction{MutableView(wide), MutableView(variance)};
   prediction.precision = Precision::kFloat64;

@@ -270,6 +270,7 @@ egosieve_status Call(egosieve_gp* gp, const egosieve_const_array& x, const egosi
       if (draw.OneIn(2)) std::swap(out.rows, out.columns);
       return egosieve_gp_predict_joint(gp, x_pointer, 0, &none, draw.OneIn(9) ? nullptr : &out);
     case 7:
+      if (draw.OneIn(2)) return egosieve_gp_sample_paths(gp, x_pointer, 1, draw.Below(9), 1, &out);
       return egosieve_gp_sample(gp, x_pointer, draw.Below(9), 1, &out, nullptr);
     case 8:
       return egosieve_gp_gradients(gp, x_pointer, &none, &out);

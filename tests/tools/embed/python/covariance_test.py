@@ -20,6 +20,7 @@ TABLE = [
     ("isotropic(linear) + constant", [1.0, 0.4], sk.DotProduct(0.4)),
     ("constant", [], sk.ConstantKernel(1.0)),
     ("white", [], sk.WhiteKernel(1.0)),
+    ("squared_exponential[0] * squared_exponential[1]", LENGTHS, sk.RBF(LENGTHS)),
     ("matern52 * isotropic(squared_exponential)", [*LENGTHS, 0.7], sk.Matern(LENGTHS, nu=2.5) * sk.RBF(0.7)),
     ("matern32 + isotropic(squared_exponential)", [*LENGTHS, 0.5, 0.7], sk.Matern(LENGTHS, nu=1.5) + 0.25 * sk.RBF(0.7)),
 ]

@@ -52,6 +52,28 @@ class Posterior(unittest.TestCase):
         gp.partial_fit(self.X[:1], self.y[:1, 0]).partial_fit(self.X[:1], self.y[:1, 0], alpha=0.5)
         np.testing.assert_array_equal(gp.alpha_train_[-2:], [0.0, 0.5])
 
+    def test_paths_are_functions_with_the_posterior_s_moments(self):
+        gp = process(alpha=self.alpha, normalize_y=True).fit(self.X, self.y)
+        paths = gp.sample_y(self.queries, 2000, random_state=4, method="paths", frequencies=32)
+        self.assertEqual(paths.shape, (20, 2, 2000))
+        backwards = gp.sample_y(self.queries[::-1], 3, random_state=4, method="paths", frequencies=32)
+        np.testing.assert_array_equal(paths[::-1, :, :3], backwards)
+        # A mean of 2,000 values has their deviation over the root of 2,000; six of these.
+        mean, joint = gp.predict(self.queries, return_cov=True)
+        for c in range(2):
+            size = np.sqrt(np.diag(joint[:, :, c]))
+            off = (paths[:, c].mean(axis=1) - mean[:, c]) / size
+            self.assertLess(np.abs(off).max(), 6 / np.sqrt(2000))
+            products = (paths[0, c] - mean[0, c]) * (paths[:, c] - mean[:, c, None])
+            error = np.abs(products.mean(axis=1) - joint[0, :, c]) / products.std(axis=1)
+            self.assertLess(error.max(), 6 / np.sqrt(2000))
+        sparse = process(approximation="fitc", inducing_points=10).fit(self.X, self.y[:, 0])
+        self.assertEqual(sparse.sample_y(self.queries, 2, method="paths").shape, (20, 2))
+        with self.assertRaisesRegex(NotImplementedError, "no frequencies are known of .arcsine."):
+            egosieve.GaussianProcess("arcsine").sample_y(self.queries, method="paths")
+        with self.assertRaisesRegex(ValueError, "method = 'path'"):
+            gp.sample_y(self.queries, method="path")
+
     def test_several_targets(self):
         gp = process(normalize_y=True).fit(self.X, self.y)
         self.assertEqual(gp.y_train_.shape, (60, 2))

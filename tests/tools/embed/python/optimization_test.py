@@ -72,6 +72,15 @@ class Optimization(unittest.TestCase):
         deviations = gp.predict(np.linspace(0, 1, 200)[:, None], return_std=True, precision="float64")[1]
         self.assertGreater(deviations.min(), 0.0)
 
+    def test_columns_start_from_their_own_spread(self):
+        x = np.random.default_rng(5).uniform(-1, 1, (60, 2)) * [300.0, 0.01]
+        y = np.sin(400 * x[:, 1])
+        alone = egosieve.GaussianProcess("isotropic(matern52)").fit(x[:, 1:], y)
+        of_two = egosieve.GaussianProcess("isotropic(matern52)[1]").fit(x, y)
+        np.testing.assert_array_equal(of_two.hyperparameters_["scales"], alone.hyperparameters_["scales"])
+        with self.assertRaisesRegex(ValueError, "column 2; there are 2 inputs"):
+            egosieve.GaussianProcess("matern52[2]").fit(x, y)
+
     def test_inducing_inputs_follow_the_scales(self):
         X = 13.4 + 0.001 * np.random.default_rng(0).uniform(size=(400, 1))
         y = np.sin(8000 * (X[:, 0] - 13.4)) + 0.1 * np.random.default_rng(1).normal(size=400)

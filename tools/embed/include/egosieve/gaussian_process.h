@@ -25,7 +25,9 @@
  *
  * or any other function given as a text: arcsine, constant, linear, matern12, matern32, matern52,
  * periodic, rational_quadratic, squared_exponential and white, their sums and products, and
- * isotropic(...), in which all inputs share a scale: "matern52 + linear * isotropic(periodic)". The
+ * isotropic(...), in which all inputs share a scale: "matern52 + linear * isotropic(periodic)".
+ * Columns restrict a function to some of the inputs, counted from 0: "matern52[0:3] * periodic[3]"
+ * is of inputs 0, 1, 2 and of input 3. Such a function has scales for its own inputs alone. The
  * scales are those of the functions in the order of the text; each term of a sum, except the first,
  * has an amplitude before its scales.
  *
@@ -44,8 +46,8 @@
  *
  * Cost in flops: conditioning on k points k n^2, removing k points 2 k n^2; each query n (D + 10)
  * for the mean and n^2 / 2 more for the variance. For a sparse model, n is replaced by m, and k
- * points cost k m^2 + m^3 / 3. Memory: 8 n^2 bytes, and 2 n^2 on the device; for a sparse model, 8
- * n m and 2 m^2.
+ * points cost 2 k m^2 + m^3 / 3. Memory: 8 n^2 bytes, and 2 n^2 on the device; for a sparse model 24
+ * m^2, and 8 n m more while it chooses inducing inputs.
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
  * 6.41, 3.4; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Predictions and their errors are in

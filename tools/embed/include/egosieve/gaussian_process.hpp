@@ -278,6 +278,11 @@ class GaussianProcess : public Predictor<egosieve_gp, egosieve_gp_free, egosieve
     return internal::Given(
         egosieve_gp_sample(handle_, x.c(), seed, of_observation, &samples.c(), &jitter), jitter);
   }
+  /** Samples as functions, (M k) x S, of F frequencies: egosieve_gp_sample_paths(). */
+  Status SamplePaths(const ConstArray& x, uint64_t seed, const Array& samples,
+                     bool of_observation = false, int64_t frequencies = 1024) const {
+    return Call(egosieve_gp_sample_paths, x.c(), seed, frequencies, of_observation, &samples.c());
+  }
   /** Gradients with respect to the inputs: of the mean (M k) x D, of the variance M x D. */
   Status Gradients(const ConstArray& x, const Array& mean, const Array& variance = {}) const {
     return Call(egosieve_gp_gradients, x.c(), &mean.c(), &variance.c());

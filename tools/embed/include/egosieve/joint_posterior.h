@@ -70,6 +70,31 @@ EGOSIEVE_API egosieve_status egosieve_gp_sample(egosieve_gp* gp, const egosieve_
                                                 const egosieve_array* samples, double* jitter);
 
 /**
+ * Samples as functions, by Matheron's rule: a sample has the same value at the same place whatever
+ * else is in x, and the cost is linear in M. With a sample g of the prior from F random frequencies
+ * w_j (Wilson et al. (2020); Rahimi & Recht (2007)):
+ *
+ *     g(x) = sigma_f (m / F)^1/2 sum_j (a_j cos w_j.x + b_j sin w_j.x),   a_j, b_j ~ N(0, 1)
+ *     f(x) = g(x) + k(x, X).K_y^-1 (y - g(X) - e),   e_i of the noise's variance           (9)
+ *
+ * and for sparse models the same through the inducing inputs. Mean and covariance of samples are
+ * those of the posterior for any F. For squared_exponential, matern12, matern32, matern52 and
+ * constant, with columns and isotropic(...), and their sums and products; other covariances are
+ * #EGOSIEVE_UNIMPLEMENTED. Cost: 2 k S n^2 flops, and F k S sines and cosines and n (D + k S)
+ * flops for each place; memory: 8 k S (F (D + 2) + n + M) bytes.
+ * @param gp              The model.
+ * @param x               M x D, finite.
+ * @param seed            The same seed gives the same functions, the first ones whatever S.
+ * @param frequencies     F, from 1 to 2^20; 1024 is enough for most uses.
+ * @param of_observation  Nonzero: y(x), whose noise depends on x and the seed; f(x) otherwise.
+ * @param samples         (M k) x S, as of egosieve_gp_sample().
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_sample_paths(egosieve_gp* gp,
+                                                      const egosieve_const_array* x, uint64_t seed,
+                                                      int64_t frequencies, int32_t of_observation,
+                                                      const egosieve_array* samples);
+
+/**
  * Gradients of mean and variance of f with respect to the inputs. At a cusp of the covariance
  * (matern12 at a point of the model) the derivative counts as 0. Cost: M n D k; variance: 2 M n^2.
  * @param gp        The model.

@@ -55,7 +55,7 @@ enum {
   EGOSIEVE_FAILED_PRECONDITION = 3, /**< The object's state does not allow this call. */
   EGOSIEVE_NOT_FOUND = 4,           /**< No such file or device. */
   EGOSIEVE_DATA_LOSS = 5,           /**< A file or its bytes are damaged or of another format. */
-  EGOSIEVE_UNIMPLEMENTED = 6,       /**< Written by a later version. */
+  EGOSIEVE_UNIMPLEMENTED = 6,       /**< Not of this model, or written by a later version. */
   EGOSIEVE_UNAVAILABLE = 7,         /**< The system or the device failed. */
   EGOSIEVE_OUT_OF_MEMORY = 8,       /**< Memory ran out. */
   EGOSIEVE_INTERNAL = 9,            /**< A defect of the library; please report it. */

@@ -100,7 +100,7 @@ class Library:
         return getattr(self._library, "egosieve_" + call)(*arguments)
 
     def call(self, call, *arguments, not_found=FileNotFoundError):
-        """ValueError for bad arguments and damaged files, FileNotFoundError, MemoryError, RuntimeError for the rest."""
+        """ValueError (bad arguments, damaged files), FileNotFoundError, NotImplementedError, MemoryError, RuntimeError for the rest."""
         views = {"in": _read, "out": written}
         parameters = zip(self._parameters[call], arguments)
         check(self.status(call, *(views[kind](name, value) if kind in views else value for (kind, name), value in parameters)),
@@ -158,7 +158,7 @@ def choice(name, value, choices):
 _status_library = _load("egosieve")
 _status_library.egosieve_last_error.restype = _status_library.egosieve_version.restype = ctypes.c_char_p
 _status_library.egosieve_set_threads.restype = None
-_EXCEPTIONS = {1: ValueError, 5: ValueError, 8: MemoryError}
+_EXCEPTIONS = {1: ValueError, 5: ValueError, 6: NotImplementedError, 8: MemoryError}
 
 
 def check(status, not_found=FileNotFoundError):

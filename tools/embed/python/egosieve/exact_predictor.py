@@ -66,7 +66,7 @@ class ExactPredictor(Predictor):
         wait = [arguments.address("wait_for", event) for event in wait_for]
         return arguments.event(self._core.enqueue_covariances(x, z, matrix("K", K, n), queue, wait))
 
-    def sample_y(self, X, n_samples=1, random_state=0, of_observation=None):
+    def sample_y(self, X, n_samples=1, random_state=0, of_observation=None, *, method="joint", frequencies=1024):
         """Samples from the joint posterior of f at the rows of X; before fit, from the prior.
 
         Parameters
@@ -77,6 +77,13 @@ class ExactPredictor(Predictor):
             The seed. The same gives the same samples, the first ones whatever their number.
         of_observation : bool
             Samples of y: the noise sigma_n^2 is added.
+        method : "joint" or "paths"
+            "joint" factorises the covariance of all queries: n_queries^3 / 3 flops. "paths" draws functions by Matheron's
+            rule and random Fourier features: linear in n_queries, and a seed gives the same function whatever X is. Their
+            mean and covariance are the posterior's. For "squared_exponential", the Matern functions, "constant", their
+            sums and products.
+        frequencies : int
+            Of each function, with method="paths"; more make its distribution closer to the normal one.
 
         Returns
         -------
@@ -89,10 +96,15 @@ class ExactPredictor(Predictor):
             core, offset, scale = self._core, self._offset, self._scale
         else:
             core, offset, scale = self._new_model(X.shape[1]), 0.0, 1.0
+        if method not in ("joint", "paths"):
+            raise ValueError(f'method = {method!r}; it must be "joint" or "paths"')
         samples = np.empty((len(X) * np.size(scale), n_samples))
         if n_samples:
-            seed = arguments.seed(random_state) % 2**64
-            core.call("sample", X, seed, self._with_noise(of_observation), samples, None)
+            seed, noise = arguments.seed(random_state) % 2**64, self._with_noise(of_observation)
+            if method == "joint":
+                core.call("sample", X, seed, noise, samples, None)
+            else:
+                core.call("sample_paths", X, seed, frequencies, noise, samples)
         if np.ndim(scale):
             samples = samples.reshape(len(X), len(scale), n_samples)
             scale, offset = scale[:, None], offset[:, None]

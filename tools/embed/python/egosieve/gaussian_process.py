@@ -48,7 +48,8 @@ class GaussianProcess(ExactPredictor, Regressor):
         u = sqrt(2) diag(w) (1, x); "squared_exponential", sigma_f^2 exp(-1/2 sum_d ((x_d - x'_d) / l_d)^2);
         "matern12", "matern32", "matern52", "rational_quadratic", "periodic", "linear", "constant", "white";
         sums, products and isotropic(...) of these, where all features share a scale:
-        "matern52 + linear * isotropic(periodic)". Objects of sklearn.gaussian_process.kernels are translated:
+        "matern52 + linear * isotropic(periodic)". Columns restrict a function to some features, counted from 0 as
+        in slices: "matern52[0:3] * periodic[3]", "linear[0, 2]". Objects of sklearn.gaussian_process.kernels are translated:
         their values are the start, their bounds and fixed values hold (without ConstantKernel the amplitude is
         fixed at 1), and a WhiteKernel is noise_stddev, of which predictions then speak as well.
     scales : sequence of float, optional
