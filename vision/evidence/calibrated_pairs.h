@@ -14,7 +14,7 @@
 //
 //   l_2 = log( exp(l) / 2 + N(c_2; m, sigma_2^2 + s^2) / p(c_2) / 2 )                       (CP2)
 //
-// with p of a static place: N(c_2; 0, sigma_2^2), or (SC2) of scatter.h where it scatters.
+// with p of a static place: N(c_2; 0, sigma_2^2), or (SX2) of scatter.h where it scatters.
 // For a static point l_2 is about 0, so that it is not counted twice.
 #pragma once
 

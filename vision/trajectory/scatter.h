@@ -3,8 +3,8 @@
 // The deviation sigma is the median's; water, leaves, rolling shutters, and errors of lens and pose
 // move some static places by many times as much. So the deviation of a place is s_k sigma, and
 //
-//   s_k = 3^k,   w_k proportional to s_k^-3,   k = 0 ... 3                                   (SC1)
-//   p(c) = sum_k w_k N(c; 0, s_k^2 sigma^2)                                                  (SC2)
+//   s_k = 3^k,   w_k proportional to s_k^-3,   k = 0 ... 3                                   (SX1)
+//   p(c) = sum_k w_k N(c; 0, s_k^2 sigma^2)                                                  (SX2)
 //
 // Student's t with 3 degrees of freedom, whose tails fall as |c|^-4, is a mixture of this kind with
 // a continuum of scales. Reference: Andrews & Mallows (1974), scale mixtures of normal
@@ -33,7 +33,7 @@ inline double LogNormalDensity(double z) {
   return -0.5 * (z * z + std::log(2.0 * std::numbers::pi));
 }
 
-// log p(z) of (SC2) for sigma = 1.
+// log p(z) of (SX2) for sigma = 1.
 inline double LogScatterDensity(double z) {
   const Lanes<kScatterScales> scales = ScatterScales();
   return LogScatterMean(-0.5 * (z / scales).square() - scales.log()) + LogNormalDensity(0.0);

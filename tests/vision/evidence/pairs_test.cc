@@ -55,7 +55,7 @@ TEST(CalibratedPairs, OnePairSaysWhatItsLikelihoodSays) {
   EXPECT_EQ(LogRatio(pair, Place(1.0, 20.0, 5)), 12.0);
 }
 
-// (SC2), against Student's t of the same deviation between 3 and 27 deviations.
+// (SX2), against Student's t of the same deviation between 3 and 27 deviations.
 TEST(Scatter, IsADensityWithTheTailsOfStudentsT) {
   double sum = 0.0;
   constexpr double kStep = 0.01;
