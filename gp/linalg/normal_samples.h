@@ -2,8 +2,8 @@
 //
 //   y_cs = mean_c + C z_cs,   C C^T = Sigma + jitter I,   z_cs ~ N(0, I)                        (1)
 //
-// for columns c of `mean` and samples s. z comes from normal_stream.h. Sample s depends on seed, M and k, but not on the number of samples or
-// threads.
+// for columns c of `mean` and samples s. z comes from normal_stream.h. Sample s depends on seed, M
+// and k, but not on the number of samples or threads.
 //
 // The covariance of many inputs is singular to working precision if they are close together. It is
 // first factored as it is. If a pivot is refused, the jitter increases by

@@ -1,5 +1,5 @@
-// Standard normal values that follow from a key: splitmix64, counted from the key, by the Box-Muller
-// transform.
+// Standard normal values that follow from a key: splitmix64, counted from the key, by the
+// Box-Muller transform.
 //
 // References: Box & Muller (1958); Steele, Lea & Flood (2014).
 #pragma once

@@ -1,5 +1,5 @@
-// Samples of the posterior as functions: pathwise conditioning, by Matheron's rule. A sample has its
-// value at x whatever else is asked, and no covariance between queries is computed.
+// Samples of the posterior as functions: pathwise conditioning, by Matheron's rule. A sample has
+// its value at x whatever else is asked, and no covariance between queries is computed.
 //
 //   g(x) = sigma_f sqrt(m / F) sum_j (a_j cos w_j.(x - c) + b_j sin w_j.(x - c))              (PS1)
 //   f(x) = g(x) + k(x, Z) v + h(x).b                                                          (PS2)

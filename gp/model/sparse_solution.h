@@ -65,8 +65,8 @@ struct SparseSolution {
   int64_t inducing_size() const { return factor.rows(); }
 };
 
-// FailedPrecondition if K_uu is not positive definite with the largest jitter. projections: where v,
-// n x m, is written; null: it is not wanted.
+// FailedPrecondition if K_uu is not positive definite with the largest jitter. projections: where
+// v, n x m, is written; null: it is not wanted.
 absl::StatusOr<SparseSolution> SolveSparse(kernels::Context& context,
                                            const SparseModelOptions& options,
                                            const Hyperparameters& hyperparameters,

@@ -6,8 +6,8 @@
 //
 // Points are taken in the caller's order of preference, which decides which point of a cluster
 // stays (for a model, for example, the newest). Every dropped point has a kept point within r, of
-// its side if it tells something; kept points of one side are at least r apart. Neighbours come from a k-d tree: about n
-// log n for moderate r.
+// its side if it tells something; kept points of one side are at least r apart. Neighbours come
+// from a k-d tree: about n log n for moderate r.
 #pragma once
 
 #include <cstdint>

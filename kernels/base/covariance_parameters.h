@@ -24,7 +24,8 @@ struct CovarianceParameters {
   // D; 0 if it is not determined.
   int64_t input_dimension() const;
   // InvalidArgument, naming field and value, unless 1 <= D <= kMaxInputDimension, the function's
-  // columns are below D, the number of scales is the function's for D inputs, and every parameter is finite and positive.
+  // columns are below D, the number of scales is the function's for D inputs, and every parameter
+  // is finite and positive.
   absl::Status Validate() const;
 };
 

@@ -79,12 +79,7 @@ TwoViewMotion PairMotions::Along(const ExtractedFrame& first, const ExtractedFra
     pairs.push_back({node.x, node.y, places[n].x, places[n].y});
     if (moved.size() == places.size()) moved_before.push_back(moved[n]);
   }
-  known->second = EstimateTwoViewMotion(pairs, camera, motion_options_, moved_before);
-  if (motion_options_.travel.IsOfVehicle()) {
-    FindGround(pairs, camera, known->second);
-  } else {
-    known->second.scatters = true;
-  }
+  known->second = EstimateOnDrive(pairs, camera, motion_options_, moved_before);
   return known->second;
 }
 

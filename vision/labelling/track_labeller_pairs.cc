@@ -293,13 +293,7 @@ absl::StatusOr<MotionModel> TrackLabeller::MotionOfTracks(const std::vector<Trac
   Stopwatch watch;
   const Pinhole camera = Camera(frame.grey.size());
   if (!world.found) {
-    world =
-        EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_, travel()), moved_before);
-    if (travel().IsOfVehicle()) {
-      FindGround(geometry, camera, world);
-    } else {
-      world.scatters = true;
-    }
+    world = EstimateOnDrive(geometry, camera, MotionOptionsOf(options_, travel()), moved_before);
   }
   MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
   RecordMotion(model, result);

@@ -87,9 +87,8 @@ class OnlineLearner {
       const OnlineLearnerOptions& options);
 
   // Steps 1 to 7. inputs: N x D; labels: N, in [0, 1]; tells: N, 0 where a label tells nothing;
-  // empty: all tell something. Fills the record's fields on selection,
-  // model, theta, calibration and their times. After an error the model is valid, but some of the
-  // steps may have been taken.
+  // empty: all tell something. Fills the record's fields on selection, model, theta, calibration
+  // and their times. After an error the model is valid, but some of the steps may have been taken.
   absl::Status Learn(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                      absl::Span<const uint8_t> tells, int64_t frame_index, FrameRecord& record);
 

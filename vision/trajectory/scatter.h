@@ -24,7 +24,7 @@ inline Lanes<kScatterScales> ScatterScales() { return {1.0, 3.0, 9.0, 27.0}; }
 
 // log sum_k w_k exp(log_densities_k)
 inline double LogScatterMean(const Lanes<kScatterScales>& log_densities) {
-  const Lanes<kScatterScales> weights = ScatterScales().pow(-3);
+  const Lanes<kScatterScales> weights = ScatterScales().cube().inverse();
   const double top = log_densities.maxCoeff();
   return top + std::log((weights * (log_densities - top).exp()).sum() / weights.sum());
 }

@@ -372,4 +372,15 @@ TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const P
   return motion;
 }
 
+TwoViewMotion EstimateOnDrive(const std::vector<PointPair>& pairs, const Pinhole& camera,
+                              const TwoViewMotionOptions& options, absl::Span<const float> moved) {
+  TwoViewMotion motion = EstimateTwoViewMotion(pairs, camera, options, moved);
+  if (options.travel.IsOfVehicle()) {
+    FindGround(pairs, camera, motion);
+  } else {
+    motion.scatters = true;
+  }
+  return motion;
+}
+
 }  // namespace egosieve::vision

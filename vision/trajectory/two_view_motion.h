@@ -131,6 +131,12 @@ RelativePose PoseOf(const TwoViewMotion& motion);
 // static pairs with measurable parallax are used. Sets 0 where HasParallax() is false.
 void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoViewMotion& motion);
 
+// EstimateTwoViewMotion of a drive whose direction of travel, if known, is options.travel: with
+// FindGround for a vehicle's camera, with scattering places for any other.
+TwoViewMotion EstimateOnDrive(const std::vector<PointPair>& pairs, const Pinhole& camera,
+                              const TwoViewMotionOptions& options,
+                              absl::Span<const float> moved = {});
+
 // One pair under a motion. Where the ground is known and bounds the depth, the integral of (TV4)
 // begins at LeastInverseDepth.
 struct PairLikelihood {

@@ -106,6 +106,26 @@ TEST(TwoViewMotion, NegativeDepthIsUnlikely) {
   EXPECT_LT(MovingShare(street, 0, 3, motion, false), 0.01);
 }
 
+// Only of a camera on no vehicle may static places lie many deviations off.
+TEST(TwoViewMotion, OnAVehicleStaticPlacesDoNotScatter) {
+  const PointStreet street(WithMovers(0, {0.0, 0.0, 0.0}));
+  const std::vector<PointPair> pairs = street.Pairs(0, 1);
+  TwoViewMotionOptions options;
+  const TwoViewMotion hand_held = EstimateOnDrive(pairs, street.camera(), options);
+  options.travel = {Eigen::Vector3d::UnitZ(), 1000.0, 0.99};
+  const TwoViewMotion driven = EstimateOnDrive(pairs, street.camera(), options);
+  EXPECT_TRUE(hand_held.scatters);
+  EXPECT_FALSE(driven.scatters);
+  PointPair off = pairs[0];
+  off.x2 += 6.0;
+  off.y2 += 6.0;
+  const auto ratio = [&](const TwoViewMotion& motion) {
+    const PairLikelihood likelihood = LikelihoodOf(motion, street.camera(), off, false);
+    return likelihood.log_moving - likelihood.log_static;
+  };
+  EXPECT_GT(ratio(driven), ratio(hand_held) + 10.0);
+}
+
 TEST(TwoViewMotion, InverseIsTheMotionBack) {
   StreetOptions options;
   const PointStreet street(options);
