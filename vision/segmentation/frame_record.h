@@ -70,7 +70,7 @@ struct FrameRecord {
   double squash_b = 0.0;
 
   double dynamic_share = 0.0;  // of the grid, probability >= 1/2
-  double expected_overlap = std::numeric_limits<double>::quiet_NaN();  // (EO1); NaN: no map
+  double expected_overlap = std::numeric_limits<double>::quiet_NaN();  // (EO1), (EO2); NaN: no map
   int64_t clamped_variances = 0;
   StageMilliseconds milliseconds;
 

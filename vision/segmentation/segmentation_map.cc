@@ -1,9 +1,14 @@
 #include "vision/segmentation/segmentation_map.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace egosieve::vision {
+namespace {
+
+// Mean size of a mover, share of the picture (docs/constants.md).
+constexpr double kMoverShare = 0.03;
+
+}  // namespace
 
 double ExpectedOverlap(const std::vector<float>& probability) {
   if (probability.empty()) return std::nan("");
@@ -13,7 +18,7 @@ double ExpectedOverlap(const std::vector<float>& probability) {
     united += p > 0.5f ? 1.0 : p;
   }
   if (intersection > 0.0) return intersection / united;
-  return 1.0 - *std::max_element(probability.begin(), probability.end());
+  return std::exp(-united / (kMoverShare * static_cast<double>(probability.size())));  // (EO2)
 }
 
 }  // namespace egosieve::vision

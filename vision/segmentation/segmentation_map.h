@@ -23,7 +23,12 @@ struct SegmentationMap {
 //
 //   sum_{p > 1/2} p / (#{p > 1/2} + sum_{p <= 1/2} p);                                        (EO1)
 //
-// of a map without a mask, which is right if nothing moves, 1 - max p. NaN of an empty map.
+// of a map without a mask, which is right if nothing moves, the probability of that,
+//
+//   exp(-mean p / 0.03),                                                                      (EO2)
+//
+// where movers fill 3 % of the picture each and their number has a Poisson distribution. NaN of an
+// empty map.
 double ExpectedOverlap(const std::vector<float>& probability);
 
 }  // namespace egosieve::vision

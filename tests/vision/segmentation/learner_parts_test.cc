@@ -240,7 +240,13 @@ TEST(ExpectedOverlap, IsThatOfDrawnTruths) {
 }
 
 TEST(ExpectedOverlap, OfMapsWithoutAMaskIsTheChanceThatNothingMoves) {
-  EXPECT_NEAR(ExpectedOverlap({0.01f, 0.2f, 0.02f}), 0.8, 1e-6);
+  // Half a mover of 3 % of the picture is expected, however the probability is spread.
+  std::vector<float> probability(200, 0.015f);
+  EXPECT_NEAR(ExpectedOverlap(probability), std::exp(-0.5), 1e-6);
+  probability.assign(200, 0.0f);
+  for (int i = 0; i < 10; ++i) probability[i] = 0.3f;
+  EXPECT_NEAR(ExpectedOverlap(probability), std::exp(-0.5), 1e-6);
+  EXPECT_EQ(ExpectedOverlap({0.0f, 0.0f}), 1.0);
   EXPECT_TRUE(std::isnan(ExpectedOverlap({})));
 }
 
