@@ -39,6 +39,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "gp/calibration/leave_one_out.h"
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/conjugate_gradients.h"
@@ -47,6 +48,7 @@
 #include "gp/model/point_set.h"
 #include "gp/model/posterior.h"
 #include "gp/model/regression_weights.h"
+#include "gp/model/sample_paths.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 
@@ -104,6 +106,12 @@ class IterativeModel {
       const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {},
       const kernels::Contexts& devices = {}) const;
   absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
+
+  // For callers that hold a std::variant of models: NeedsFactor.
+  absl::StatusOr<LeaveOneOut> PredictLeaveOneOut() const { return NeedsFactor(); }
+  absl::StatusOr<std::shared_ptr<const SamplePaths>> DrawPaths(const PathOptions&) const {
+    return NeedsFactor();
+  }
 
  private:
   IterativeModel() = default;
