@@ -139,7 +139,8 @@ absl::Status TakeSparse(ArrayMap& arrays, std::optional<SparseModelOptions>& spa
   return absl::OkStatus();
 }
 
-absl::Status TakeIterative(ArrayMap& arrays, std::optional<IterativeFile>& iterative) {
+absl::Status TakeIterative(ArrayMap& arrays, int64_t targets,
+                           std::optional<IterativeFile>& iterative) {
   if (arrays.find("iterative") == arrays.end()) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> numbers,
                             Take<double>("iterative", 2, arrays));
@@ -150,7 +151,7 @@ absl::Status TakeIterative(ArrayMap& arrays, std::optional<IterativeFile>& itera
   file.options.rank = static_cast<int64_t>(numbers[0]);
   file.options.gradients.tolerance = numbers[1];
   EGOSIEVE_RETURN_IF_ERROR(file.options.Validate());
-  EGOSIEVE_ASSIGN_OR_RETURN(file.alpha, Take<double>("alpha", -1, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(file.alpha, Take<double>("alpha", targets, arrays));
   iterative = std::move(file);
   return absl::OkStatus();
 }
@@ -274,9 +275,9 @@ absl::StatusOr<ModelFile> ParseModel(std::string_view bytes) {
   file.squash = {squash[0], squash[1]};
   EGOSIEVE_RETURN_IF_ERROR(CheckSquash(file.squash));
   EGOSIEVE_RETURN_IF_ERROR(TakeSparse(arrays, file.sparse));
-  EGOSIEVE_RETURN_IF_ERROR(TakeIterative(arrays, file.iterative));
-  file.is_laplace = arrays.contains("laplace");
   const int64_t n = file.model.points.size();
+  EGOSIEVE_RETURN_IF_ERROR(TakeIterative(arrays, n * file.model.points.outputs, file.iterative));
+  file.is_laplace = arrays.contains("laplace");
   if (!file.sparse.has_value()) {
     EGOSIEVE_RETURN_IF_ERROR(
         CheckMemory(n, file.iterative.has_value() ? std::min(n, file.iterative->options.rank) : n));

@@ -53,7 +53,7 @@ inline constexpr int64_t kModelFormatVersion = 5;
 // Of an iterative model.
 struct IterativeFile {
   IterativeModelOptions options;  // the limit of iterations is not stored
-  std::vector<double> alpha;      // n x k; empty: not known
+  std::vector<double> alpha;      // n x k
 };
 
 struct ModelFile {

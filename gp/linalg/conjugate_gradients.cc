@@ -134,11 +134,11 @@ absl::StatusOr<ConjugateGradientReport> SolveByConjugateGradients(
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   Solver solver(multiply, precondition, options, b, x);
   double before = HUGE_VAL;
-  while (true) {
+  for (bool first = true;; first = false) {
     EGOSIEVE_ASSIGN_OR_RETURN(const double residual, solver.TrueResidual());
     if (residual <= options.tolerance) return ConjugateGradientReport{solver.iterations, residual};
-    const bool stands = solver.iterations > 0 && !(residual <= kLeastProgress * before);
-    if (stands || solver.iterations >= options.iterations) {
+    const bool stands = !first && !(residual <= kLeastProgress * before);
+    if (stands || !std::isfinite(residual) || solver.iterations >= options.iterations) {
       return NotPositiveDefinite(
           absl::StrFormat("conjugate gradients reached a relative residual of %.2g in %d "
                           "iterations, not %g; a larger "

@@ -95,6 +95,21 @@ TEST(ConjugateGradients, TellWhereTheToleranceIsNotReached) {
   }
 }
 
+TEST(ConjugateGradients, EndFromAStartThatIsNoNumber) {
+  auto generator = TestGenerator();
+  const RowMatrix a = RandomGram(30, 0.1, generator), b = RandomPoints(1, 30, generator);
+  for (const double value : {std::nan(""), 1e300}) {
+    RowMatrix x = RowMatrix::Constant(1, 30, value);
+    EXPECT_FALSE(SolveByConjugateGradients(ProductWith(a), Copy, {}, ViewOf(b), ViewOf(x)).ok());
+  }
+  // Nor does a preconditioner that is none keep it going.
+  RowMatrix x = RowMatrix::Zero(1, 30);
+  const RowMatrix negative = -RowMatrix::Identity(30, 30);
+  EXPECT_FALSE(
+      SolveByConjugateGradients(ProductWith(a), ProductWith(negative), {}, ViewOf(b), ViewOf(x))
+          .ok());
+}
+
 TEST(ConjugateGradients, ReturnTheErrorsOfProducts) {
   const RowMatrix b = RowMatrix::Ones(1, 3);
   RowMatrix x = b;
