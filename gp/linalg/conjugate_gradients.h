@@ -11,8 +11,8 @@
 //
 // |x - A^-1 b| <= |r| / lambda, lambda: A's least eigenvalue.
 //
-// Cost: a product with A and one with M^-1 per iteration, and two more with A. Memory: four arrays of
-// x's shape. The bits of a column do not depend on the others, but the number of new starts may.
+// Cost: a product with A and one with M^-1 per iteration, and two more with A. Memory: four arrays
+// of x's shape. The bits of a column do not depend on the others, but the number of new starts may.
 //
 // References: Hestenes & Stiefel (1952); Golub & Van Loan, 4th ed., 11.5.
 #pragma once
@@ -43,8 +43,9 @@ struct ConjugateGradientReport {
 using LinearMap = absl::FunctionRef<absl::Status(kernels::ConstMatrixView<double> v,
                                                  kernels::MatrixView<double> out)>;
 
-// b, x: k x n with packed rows, a row per column c; x: x_0 before, the solution after. NotPositiveDefinite
-// (gp/linalg/not_positive_definite.h) if the tolerance is not reached; x is then the last iterate.
+// b, x: k x n with packed rows, a row per column c; x: x_0 before, the solution after.
+// NotPositiveDefinite (gp/linalg/not_positive_definite.h) if the tolerance is not reached; x is
+// then the last iterate.
 absl::StatusOr<ConjugateGradientReport> SolveByConjugateGradients(
     LinearMap multiply, LinearMap precondition, const ConjugateGradientOptions& options,
     kernels::ConstMatrixView<double> b, kernels::MatrixView<double> x);

@@ -2,11 +2,12 @@
 //
 //   out_c = (K + diag(d)) v_c,   K_ij = k(x_i, x_j)                                          (KP1)
 //
-// Tiles of K's lower triangle, kProductTile rows and columns each, are computed one after another by
-// kernels/ops/covariance_matrix.h in float64 and used twice, as K is symmetric.
+// Tiles of K's lower triangle, kProductTile rows and columns each, are computed one after another
+// by kernels/ops/covariance_matrix.h in float64 and used twice, as K is symmetric.
 //
-// Cost: n^2 / 2 covariances and 2 k n^2 multiply-adds for k rows of v. Memory: 8 MiB for the tile, and
-// kProductTile k values for each group of its rows. The bits do not depend on the number of threads.
+// Cost: n^2 / 2 covariances and 2 k n^2 multiply-adds for k rows of v. Memory: 8 MiB for the tile,
+// and kProductTile k values for each group of its rows. The bits do not depend on the number of
+// threads.
 #pragma once
 
 #include <cstdint>

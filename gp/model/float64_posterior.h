@@ -13,8 +13,8 @@
 //
 // It shares the model's factor: see IncrementalCholesky::Keep. Cost per query: n (D + 10 + k)
 // multiply-adds for the mean, n^2 / 2 more for the variance; memory: inputs and
-// weights, and tiles of at most 768 n values, or 48 n and 256 MiB, during a call. A query's result does not depend on other
-// queries or threads. Immutable: any number of threads may evaluate.
+// weights, and tiles of at most 768 n values, or 48 n and 256 MiB, during a call. A query's result
+// does not depend on other queries or threads. Immutable: any number of threads may evaluate.
 #pragma once
 
 #include <cstdint>
@@ -71,7 +71,8 @@ class Float64Posterior {
                    const RegressionWeights& weights, SharedFactor factor);
 
   // queries: M x D, finite, else InvalidArgument; means: M x k; variances of f: M; null: not
-  // wanted; without a factor variances are FailedPrecondition, also below. Gives the number of variances that were negative from rounding and are 0.
+  // wanted; without a factor variances are FailedPrecondition, also below. Gives the number of
+  // variances that were negative from rounding and are 0.
   absl::StatusOr<int64_t> Evaluate(kernels::ConstMatrixView<double> queries, double* means,
                                    double* variances) const;
 

@@ -5,25 +5,25 @@
 //   mean_c(x) = alpha_c.k*                                                                   (IM2)
 //   |error of mean_c(x)| <= sqrt(k**) / sigma_n residual |y_c|                               (IM3)
 //
-// with products K_y v that compute K anew, tile by tile (gp/model/covariance_product.h), in one pass
-// for all k outputs. The preconditioner is the DTC of gp/model/sparse_solution.h, a pivoted Cholesky
-// factorisation of K of rank m:
+// with products K_y v that compute K anew, tile by tile (gp/model/covariance_product.h), in one
+// pass for all k outputs. The preconditioner is the DTC of gp/model/sparse_solution.h, a pivoted
+// Cholesky factorisation of K of rank m:
 //
 //   M = V V^T + D,   M^-1 = D^-1 - D^-1 V A^-1 V^T D^-1,   V, A: (SP1), (SP3)                (IM4)
 //
-// K - V V^T is positive semidefinite, so M^-1 K_y has eigenvalues in [1, 1 + |K - V V^T| / sigma_n^2]:
-// few iterations, as long as m inducing inputs explain K up to the noise.
+// K - V V^T is positive semidefinite, so M^-1 K_y has eigenvalues in [1, 1 + |K - V V^T| /
+// sigma_n^2]: few iterations, as long as m inducing inputs explain K up to the noise.
 //
-// (IM3) follows from k*.K_y^-1 k* <= k** and r.K_y^-1 r <= |r|^2 / sigma_n^2 for the residual's vector r.
-// The model has means alone, of the zero mean function: variances, samples, probabilities, likelihoods
-// and left-out points need a factor (NeedsFactor).
+// (IM3) follows from k*.K_y^-1 k* <= k** and r.K_y^-1 r <= |r|^2 / sigma_n^2 for the residual's
+// vector r. The model has means alone, of the zero mean function: variances, samples,
+// probabilities, likelihoods and left-out points need a factor (NeedsFactor).
 //
 // Changes only replace points or hyperparameters; the weights are computed where they are first
 // needed and then kept. They depend on points, hyperparameters, options and the weights of Restore
 // alone.
 //
-// Cost: 2 n m^2 flops for M; per iteration n^2 / 2 covariances, 2 k n^2 and 4 k n m flops. Memory: 8 n (D +
-// m + 7 k) bytes and 8 MiB; 8 n (D + k) once the weights are there.
+// Cost: 2 n m^2 flops for M; per iteration n^2 / 2 covariances, 2 k n^2 and 4 k n m flops. Memory:
+// 8 n (D + m + 7 k) bytes and 8 MiB; 8 n (D + k) once the weights are there.
 //
 // References: Gibbs & MacKay (1997), "Efficient implementation of Gaussian processes"; Harbrecht,
 // Peters & Schneider (2012), "On the low-rank approximation by the pivoted Cholesky decomposition";
@@ -63,14 +63,14 @@ struct IterativeModelOptions {
 
 class IterativeModel {
  public:
-  // InvalidArgument for a null context, invalid hyperparameters or options; Unimplemented for a mean
-  // function.
+  // InvalidArgument for a null context, invalid hyperparameters or options; Unimplemented for a
+  // mean function.
   static absl::StatusOr<IterativeModel> Create(std::shared_ptr<kernels::Context> context,
                                                const Hyperparameters& hyperparameters,
                                                const IterativeModelOptions& options = {});
 
-  // The model of a state. alpha: n x k values that the iterations start from, such as those of weights();
-  // empty: 0. They are checked by a product, so that they may come from any source.
+  // The model of a state. alpha: n x k values that the iterations start from, such as those of
+  // weights(); empty: 0. They are checked by a product, so that they may come from any source.
   static absl::StatusOr<IterativeModel> Restore(std::shared_ptr<kernels::Context> context,
                                                 const ExactModelState& state,
                                                 const IterativeModelOptions& options = {},
@@ -95,8 +95,8 @@ class IterativeModel {
     RegressionWeights weights;
     ConjugateGradientReport report;
   };
-  // NotPositiveDefinite where the tolerance is not reached: nothing is kept, and the next call tries
-  // again.
+  // NotPositiveDefinite where the tolerance is not reached: nothing is kept, and the next call
+  // tries again.
   absl::StatusOr<std::shared_ptr<const Solution>> Solve() const;
   // How the weights were found, if they are there.
   std::optional<ConjugateGradientReport> report() const;

@@ -40,14 +40,14 @@
  *     lambda_i = sigma_n^2 + v_i                                    DTC
  *     lambda_i = sigma_n^2 + v_i + k(x_i, x_i) - k_u(x_i).K_uu^-1 k_u(x_i)   FITC
  *
- * An iterative model has the exact means (2) of more points than a factor of 8 n^2 bytes allows. Its
- * alpha is found by conjugate gradients, preconditioned by DTC with m inducing inputs, until |y -
- * (K + diag(sigma_n^2 + v_i)) alpha| <= tolerance |y|; means are then off by at most sqrt(k**) |y|
- * tolerance / sigma_n. The first call that needs alpha computes it: #EGOSIEVE_FAILED_PRECONDITION if
- * the tolerance is not reached in 1,000 iterations. It has the zero mean and no variances:
- * what needs them (joint and left-out predictions, samples, probabilities, likelihoods) is
- * #EGOSIEVE_FAILED_PRECONDITION. egosieve_gp_optimize() takes the exact likelihood of a subset. Its
- * means are computed in float64 unless a prediction asks for float32.
+ * An iterative model has the exact means (2) of more points than a factor of 8 n^2 bytes allows.
+ * Its alpha is found by conjugate gradients, preconditioned by DTC with m inducing inputs, until
+ * |y - K_y alpha| <= tolerance |y| for each output, K_y = K + diag(sigma_n^2 + v_i); means are then
+ * off by at most tolerance sqrt(k**) |y| / sigma_n. The first call that needs alpha computes it:
+ * #EGOSIEVE_FAILED_PRECONDITION if 1,000 iterations do not reach the tolerance. It has the zero
+ * mean and no variances: what needs them (joint and left-out predictions, samples, probabilities,
+ * likelihoods) is #EGOSIEVE_FAILED_PRECONDITION. egosieve_gp_optimize() takes the exact likelihood
+ * of a subset. Its means are computed in float64 unless a prediction asks for float32.
  *
  * A sparse model has one output and the zero mean. Its likelihood, which egosieve_gp_optimize()
  * maximises, is the variational lower bound of the exact likelihood (Titsias) for DTC, and FITC's
@@ -56,8 +56,8 @@
  * Cost in flops: conditioning on k points k n^2, removing k points 2 k n^2; each query n (D + 10)
  * for the mean and n^2 / 2 more for the variance. For a sparse model, n is replaced by m, and k
  * points cost 2 k m^2 + m^3 / 3. Memory: 8 n^2 bytes, and 2 n^2 on the device; for a sparse model 24
- * m^2, and 8 n m more while it chooses inducing inputs. For an iterative model n^2 / 2 covariances, 2 k n^2
- * and 4 k n m flops per iteration, and 8 n (D + m + 7 k) bytes.
+ * m^2, and 8 n m more while it chooses inducing inputs. For an iterative model n^2 / 2 covariances,
+ * 2 k n^2 and 4 k n m flops per iteration, and 8 n (D + m + 7 k) bytes.
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
  * 6.41, 3.4; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Predictions and their errors are in
