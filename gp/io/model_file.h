@@ -13,7 +13,7 @@
 //   noise_variances       f8 [n]     v, on top of sigma_n^2, if any point has one (2)
 //   mean_function         i8 [1]     1 constant, 2 linear; absent: zero (2)
 //   sparse                i8 [2]     for a sparse model: 1 DTC, 2 FITC; most inducing inputs (3)
-//   iterative             f8 [2]     for an iterative model: rank of its preconditioner, tolerance (5)
+//   iterative             f8 [2]     for an iterative model: rank, tolerance (5)
 //   alpha                 f8 [n k]   its weights, from which a reader starts (5)
 //   laplace               i8 [1]     1 where the points stand for Laplace's approximation of a
 //                                    classifier (4)
