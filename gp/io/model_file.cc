@@ -198,6 +198,23 @@ absl::Status CheckMemory(int64_t n, int64_t columns) {
                       1e-9 * factor, 1e-9 * memory));
 }
 
+// What a sparse or an iterative model is.
+absl::Status PutRepresentation(const ModelFile& file, ArrayMap& arrays) {
+  if (file.sparse.has_value()) {
+    EGOSIEVE_RETURN_IF_ERROR(file.sparse->Validate());
+    arrays["sparse"] =
+        VectorArray<int64_t>({file.sparse->approximation == SparseApproximation::kFitc ? 2 : 1,
+                              file.sparse->inducing_points});
+  }
+  if (!file.iterative.has_value()) return absl::OkStatus();
+  const IterativeModelOptions& options = file.iterative->options;
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  arrays["iterative"] =
+      VectorArray<double>({static_cast<double>(options.rank), options.gradients.tolerance});
+  arrays["alpha"] = VectorArray(file.iterative->alpha);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
@@ -235,18 +252,7 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
     arrays["mean_function"] =
         VectorArray<int64_t>({static_cast<int64_t>(model.hyperparameters.mean)});
   }
-  if (file.sparse.has_value()) {
-    EGOSIEVE_RETURN_IF_ERROR(file.sparse->Validate());
-    arrays["sparse"] =
-        VectorArray<int64_t>({file.sparse->approximation == SparseApproximation::kFitc ? 2 : 1,
-                              file.sparse->inducing_points});
-  }
-  if (file.iterative.has_value()) {
-    EGOSIEVE_RETURN_IF_ERROR(file.iterative->options.Validate());
-    arrays["iterative"] = VectorArray<double>({static_cast<double>(file.iterative->options.rank),
-                                               file.iterative->options.gradients.tolerance});
-    arrays["alpha"] = VectorArray(file.iterative->alpha);
-  }
+  EGOSIEVE_RETURN_IF_ERROR(PutRepresentation(file, arrays));
   if (file.is_laplace) arrays["laplace"] = VectorArray<int64_t>({1});
   arrays["identities"] = VectorArray(model.points.identities);
   arrays["birth_frames"] = VectorArray(model.points.insertion_times);
