@@ -139,6 +139,23 @@ absl::Status TakeSparse(ArrayMap& arrays, std::optional<SparseModelOptions>& spa
   return absl::OkStatus();
 }
 
+absl::Status TakeIterative(ArrayMap& arrays, int64_t targets,
+                           std::optional<IterativeFile>& iterative) {
+  if (arrays.find("iterative") == arrays.end()) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> numbers,
+                            Take<double>("iterative", 2, arrays));
+  if (!(numbers[0] >= 1.0 && numbers[0] <= 0x1p53)) {
+    return absl::DataLossError(absl::StrFormat("a preconditioner of rank %g", numbers[0]));
+  }
+  IterativeFile file;
+  file.options.rank = static_cast<int64_t>(numbers[0]);
+  file.options.gradients.tolerance = numbers[1];
+  EGOSIEVE_RETURN_IF_ERROR(file.options.Validate());
+  EGOSIEVE_ASSIGN_OR_RETURN(file.alpha, Take<double>("alpha", targets, arrays));
+  iterative = std::move(file);
+  return absl::OkStatus();
+}
+
 absl::Status TakeTrainer(ArrayMap& arrays, std::optional<TrainerState>& trainer) {
   if (arrays.find("trainer_theta") == arrays.end()) return absl::OkStatus();
   TrainerState state;
@@ -171,13 +188,31 @@ double Memory() {
   return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-// The factor of an exact model of n points.
-absl::Status CheckMemory(int64_t n) {
-  const double factor = 8.0 * static_cast<double>(n) * static_cast<double>(n), memory = Memory();
+// The factor of an exact model of n points, n x n, or of an iterative model's preconditioner.
+absl::Status CheckMemory(int64_t n, int64_t columns) {
+  const double factor = 8.0 * static_cast<double>(n) * static_cast<double>(columns);
+  const double memory = Memory();
   if (factor <= memory) return absl::OkStatus();
   return absl::FailedPreconditionError(
       absl::StrFormat("the factor of %d points takes %.0f GB; this machine has %.0f", n,
                       1e-9 * factor, 1e-9 * memory));
+}
+
+// What a sparse or an iterative model is.
+absl::Status PutRepresentation(const ModelFile& file, ArrayMap& arrays) {
+  if (file.sparse.has_value()) {
+    EGOSIEVE_RETURN_IF_ERROR(file.sparse->Validate());
+    arrays["sparse"] =
+        VectorArray<int64_t>({file.sparse->approximation == SparseApproximation::kFitc ? 2 : 1,
+                              file.sparse->inducing_points});
+  }
+  if (!file.iterative.has_value()) return absl::OkStatus();
+  const IterativeModelOptions& options = file.iterative->options;
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  arrays["iterative"] =
+      VectorArray<double>({static_cast<double>(options.rank), options.gradients.tolerance});
+  arrays["alpha"] = VectorArray(file.iterative->alpha);
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -190,10 +225,11 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   ArrayMap arrays;
   const bool plain = model.points.outputs == 1 && model.points.noise_variances.empty() &&
                      model.hyperparameters.mean == MeanFunction::kZero;
-  arrays["format_version"] = VectorArray<int64_t>({file.is_laplace           ? kModelFormatVersion
-                                                   : file.sparse.has_value() ? 3
-                                                   : plain                   ? 1
-                                                                             : 2});
+  arrays["format_version"] = VectorArray<int64_t>({file.iterative.has_value() ? kModelFormatVersion
+                                                   : file.is_laplace          ? 4
+                                                   : file.sparse.has_value()  ? 3
+                                                   : plain                    ? 1
+                                                                              : 2});
   const int64_t number = NumberOf(covariance.function);
   arrays["covariance_function"] = VectorArray<int64_t>({number});
   if (number == kNamedFunction) {
@@ -216,12 +252,7 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
     arrays["mean_function"] =
         VectorArray<int64_t>({static_cast<int64_t>(model.hyperparameters.mean)});
   }
-  if (file.sparse.has_value()) {
-    EGOSIEVE_RETURN_IF_ERROR(file.sparse->Validate());
-    arrays["sparse"] =
-        VectorArray<int64_t>({file.sparse->approximation == SparseApproximation::kFitc ? 2 : 1,
-                              file.sparse->inducing_points});
-  }
+  EGOSIEVE_RETURN_IF_ERROR(PutRepresentation(file, arrays));
   if (file.is_laplace) arrays["laplace"] = VectorArray<int64_t>({1});
   arrays["identities"] = VectorArray(model.points.identities);
   arrays["birth_frames"] = VectorArray(model.points.insertion_times);
@@ -250,8 +281,13 @@ absl::StatusOr<ModelFile> ParseModel(std::string_view bytes) {
   file.squash = {squash[0], squash[1]};
   EGOSIEVE_RETURN_IF_ERROR(CheckSquash(file.squash));
   EGOSIEVE_RETURN_IF_ERROR(TakeSparse(arrays, file.sparse));
+  const int64_t n = file.model.points.size();
+  EGOSIEVE_RETURN_IF_ERROR(TakeIterative(arrays, n * file.model.points.outputs, file.iterative));
   file.is_laplace = arrays.contains("laplace");
-  if (!file.sparse.has_value()) EGOSIEVE_RETURN_IF_ERROR(CheckMemory(file.model.points.size()));
+  if (!file.sparse.has_value()) {
+    EGOSIEVE_RETURN_IF_ERROR(
+        CheckMemory(n, file.iterative.has_value() ? std::min(n, file.iterative->options.rank) : n));
+  }
   EGOSIEVE_RETURN_IF_ERROR(TakeTrainer(arrays, file.trainer));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> annotations,
                             Take<uint8_t>("annotations", -1, arrays));

@@ -66,6 +66,7 @@ absl::StatusOr<AdaptivePosterior::Places> AdaptivePosterior::MakePlaces() const 
 }
 
 absl::StatusOr<Float32Error> AdaptivePosterior::Error(bool with_variance) const {
+  if (!in_float64_->has_factor()) return Float32Error{HUGE_VAL, HUGE_VAL};
   const std::lock_guard lock(mutex_);
   if (measured_.has_value() && (measured_->has_variance_error || !with_variance)) {
     return measured_->error;

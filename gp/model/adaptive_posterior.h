@@ -73,7 +73,7 @@ class AdaptivePosterior {
   const Float64Posterior& in_float64() const { return *in_float64_; }
 
   // (AP3), (AP4). with_variance: `variance` is needed; else it may be 0. Zero for a model without
-  // points.
+  // points, infinite for one without a factor, whose deviations are unknown.
   absl::StatusOr<Float32Error> Error(bool with_variance) const;
 
   // Appends `first` + i for every query i that (AP6) refuses. variances: of the queries, in

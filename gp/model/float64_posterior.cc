@@ -22,10 +22,11 @@ namespace {
 using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
-constexpr int64_t kFloat64QueryTile = 768;  // queries at a time
-constexpr int64_t kGroup = 48;              // of them on a thread at a time
-constexpr int64_t kPanel = 128;             // columns of the factor
-constexpr int64_t kSubstitution = 16;       // columns solved by substitution
+constexpr int64_t kFloat64QueryTile = 768;  // queries at a time, at most
+constexpr int64_t kFloat64TileValues = int64_t{1} << 25;
+constexpr int64_t kGroup = 48;         // of them on a thread at a time
+constexpr int64_t kPanel = 128;        // columns of the factor
+constexpr int64_t kSubstitution = 16;  // columns solved by substitution
 
 // X := X L^-T for a factor L, X R^T for R; `room` has X's shape. All products are those of
 // matrix_product.h, whose bits do not depend on the number of rows (AppendRows' do).
@@ -88,6 +89,12 @@ void Transpose(ConstMatrixView<double> from, MatrixView<double> to) {
 
 }  // namespace
 
+absl::Status NeedsFactor() {
+  return absl::FailedPreconditionError(
+      "an iterative model predicts means alone; variances, samples, probabilities, likelihoods and "
+      "left-out points need an exact or a sparse model");
+}
+
 Float64Posterior::Float64Posterior(std::shared_ptr<kernels::Context> context,
                                    const Hyperparameters& hyperparameters,
                                    ConstMatrixView<double> inputs, const RegressionWeights& weights,
@@ -103,6 +110,7 @@ Float64Posterior::Float64Posterior(std::shared_ptr<kernels::Context> context,
 
 absl::StatusOr<int64_t> Float64Posterior::Evaluate(ConstMatrixView<double> queries, double* means,
                                                    double* variances) const {
+  if (variances != nullptr && !has_factor()) return NeedsFactor();
   return factor_.values.rows > 0 && kernels::RegressesOnDevice(*context_)
              ? EvaluateOnDevice(queries, means, variances)
              : EvaluateOnHost(queries, means, variances);
@@ -160,11 +168,13 @@ absl::StatusOr<int64_t> Float64Posterior::EvaluateOnHost(ConstMatrixView<double>
   const int64_t n = factor_.values.rows, k = weights_.outputs, q = weights_.basis;
   const bool solves = factor_.kind == kernels::FactorKind::kCholesky;
   int64_t clamped = 0;
-  AlignedMatrix cross(std::min(kFloat64QueryTile, queries.rows), n);
+  const int64_t side =
+      std::clamp(kFloat64TileValues / std::max<int64_t>(n, 1), kGroup, kFloat64QueryTile);
+  AlignedMatrix cross(std::min(side, queries.rows), n);
   std::vector<double> lefts(cross.rows());
-  for (int64_t begin = 0; begin < queries.rows; begin += kFloat64QueryTile) {
+  for (int64_t begin = 0; begin < queries.rows; begin += side) {
     const ConstMatrixView<double> tile =
-        queries.rows_between(begin, std::min(begin + kFloat64QueryTile, queries.rows));
+        queries.rows_between(begin, std::min(begin + side, queries.rows));
     EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance<double>(*context_, covariance, tile, inputs(),
                                                               cross.block(tile.rows, n)));
     const double flops = tile.rows * (2.0 * n * (k + q) + (variances == nullptr ? 0.0 : n * n));
@@ -202,6 +212,7 @@ absl::StatusOr<JointPrediction> Float64Posterior::PredictJoint(
     ConstMatrixView<double> points) const {
   const kernels::CovarianceParameters& parameters = hyperparameters_.covariance;
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, parameters.input_dimension()));
+  if (!has_factor()) return NeedsFactor();
   JointPrediction joint;
   joint.mean.resize(points.rows * weights_.outputs);
   joint.covariance = AlignedMatrix(points.rows, points.rows);
@@ -260,6 +271,7 @@ absl::StatusOr<InputGradients> Float64Posterior::PredictGradients(ConstMatrixVie
     }
   }
   if (what == PredictWhat::kMean) return gradients;
+  if (!has_factor()) return NeedsFactor();
   gradients.variance.resize(points.rows * dimension);
   for (int64_t begin = 0; begin < points.rows; begin += kFloat64QueryTile) {
     const int64_t end = std::min(begin + kFloat64QueryTile, points.rows);

@@ -13,8 +13,8 @@
 //
 // It shares the model's factor: see IncrementalCholesky::Keep. Cost per query: n (D + 10 + k)
 // multiply-adds for the mean, n^2 / 2 more for the variance; memory: inputs and
-// weights, and tiles of 768 n values during a call. A query's result does not depend on other
-// queries or threads. Immutable: any number of threads may evaluate.
+// weights, and tiles of at most 768 n values, or 48 n and 256 MiB, during a call. A query's result
+// does not depend on other queries or threads. Immutable: any number of threads may evaluate.
 #pragma once
 
 #include <cstdint>
@@ -40,6 +40,9 @@ struct SharedFactor {
   kernels::ConstMatrixView<double> values;
   std::shared_ptr<const void> memory;
 };
+
+// FailedPrecondition of a model without a factor (FactorKind::kNone), which has means alone.
+absl::Status NeedsFactor();
 
 struct JointPrediction {
   std::vector<double> mean;  // M x k
@@ -68,7 +71,8 @@ class Float64Posterior {
                    const RegressionWeights& weights, SharedFactor factor);
 
   // queries: M x D, finite, else InvalidArgument; means: M x k; variances of f: M; null: not
-  // wanted. Gives the number of variances that were negative from rounding and are 0.
+  // wanted; without a factor variances are FailedPrecondition, also below. Gives the number of
+  // variances that were negative from rounding and are 0.
   absl::StatusOr<int64_t> Evaluate(kernels::ConstMatrixView<double> queries, double* means,
                                    double* variances) const;
 
@@ -82,6 +86,7 @@ class Float64Posterior {
   absl::StatusOr<InputGradients> PredictGradients(kernels::ConstMatrixView<double> points,
                                                   PredictWhat what) const;
 
+  bool has_factor() const { return factor_.kind != kernels::FactorKind::kNone; }
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   kernels::ConstMatrixView<double> inputs() const {
     return {inputs_.data(), factor_.values.rows, hyperparameters_.covariance.input_dimension()};

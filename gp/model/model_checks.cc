@@ -12,6 +12,12 @@ absl::Status CheckSetUp(const kernels::Context* context, const Hyperparameters& 
   return hyperparameters.Validate();
 }
 
+absl::Status CheckZeroMean(const char* kind, const Hyperparameters& hyperparameters) {
+  if (hyperparameters.mean == MeanFunction::kZero) return absl::OkStatus();
+  return absl::UnimplementedError(
+      absl::StrFormat("%s models have the zero mean; take the mean off the targets", kind));
+}
+
 absl::Status CheckReplacement(const Hyperparameters& hyperparameters, int64_t size,
                               int64_t dimension) {
   EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());

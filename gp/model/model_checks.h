@@ -14,6 +14,9 @@ namespace egosieve::gp {
 // InvalidArgument if there is no context or the hyperparameters are invalid.
 absl::Status CheckSetUp(const kernels::Context* context, const Hyperparameters& hyperparameters);
 
+// Unimplemented, naming the kind of model, for mean functions but zero.
+absl::Status CheckZeroMean(const char* kind, const Hyperparameters& hyperparameters);
+
 // InvalidArgument unless the hyperparameters are valid and fit a model with `size` points of
 // `dimension` inputs.
 absl::Status CheckReplacement(const Hyperparameters& hyperparameters, int64_t size,

@@ -24,12 +24,6 @@ absl::Status CheckOneOutput(int64_t outputs) {
       "targets of %d outputs; a sparse model has one: make a model for each", outputs));
 }
 
-absl::Status CheckZeroMean(const Hyperparameters& hyperparameters) {
-  if (hyperparameters.mean == MeanFunction::kZero) return absl::OkStatus();
-  return absl::UnimplementedError(
-      "sparse models have the zero mean; take the mean off the targets");
-}
-
 constexpr int64_t kPredictionTile = 512;
 constexpr double kReverseJitter = 1e-13;  // on the unit scale of I - A^-1; see ReverseFactor
 
@@ -59,7 +53,7 @@ absl::StatusOr<SparseModel> SparseModel::Create(std::shared_ptr<kernels::Context
                                                 const Hyperparameters& hyperparameters,
                                                 const SparseModelOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(CheckSetUp(context.get(), hyperparameters));
-  EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean(hyperparameters));
+  EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean("sparse", hyperparameters));
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   SparseModel model;
   model.context_ = std::move(context);
@@ -183,7 +177,7 @@ bool SparseModel::RefreshIfStale(int64_t changed, PointSet& points) {
 
 absl::Status SparseModel::SetHyperparameters(const Hyperparameters& hyperparameters) {
   EGOSIEVE_RETURN_IF_ERROR(CheckReplacement(hyperparameters, size(), input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean(hyperparameters));
+  EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean("sparse", hyperparameters));
   Hyperparameters copy = hyperparameters;
   EGOSIEVE_ASSIGN_OR_RETURN(solution_,
                             ChooseAndSolveSparse(*context_, options_, hyperparameters, points_));

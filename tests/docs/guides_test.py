@@ -32,6 +32,7 @@ NOT_RUN = {
     'shared/data': 'needs data outside the repository; minutes to hours',
     './run bench': 'builds the benchmarks; minutes to hours',
     'bench/drive/': 'benchmarks; minutes to hours',
+    'bench/peers/': 'benchmarks; minutes to hours',
     './run demo': 'builds the program, minutes: tests/run/demo_test.sh runs the script',
     './run test': 'builds and runs this test: tests/run/test_count_test.sh runs the script',
     './run setup': 'installs as root, from the network: tests/run/setup_test.sh runs the script',

@@ -88,6 +88,32 @@ TEST(ModelFile, HoldsWhatASparseModelIs) {
   EXPECT_THAT(SerializeModel(file), IsInvalid());
 }
 
+TEST(ModelFile, HoldsWhatAnIterativeModelIs) {
+  ModelFile file = NoisyFile();
+  file.model.hyperparameters.mean = MeanFunction::kZero;
+  file.iterative = IterativeFile{{}, {0.5, -1.0, 2.0, 3.0, 0.25, 7.0}};
+  file.iterative->options.rank = 37;
+  file.iterative->options.gradients.tolerance = 1e-5;
+  const auto bytes = Value(SerializeModel(file));
+  const auto back = Value(ParseModel(bytes));
+  ASSERT_TRUE(back.iterative.has_value());
+  EXPECT_EQ(back.iterative->options.rank, 37);
+  EXPECT_EQ(back.iterative->options.gradients.tolerance, 1e-5);
+  EXPECT_EQ(back.iterative->alpha, file.iterative->alpha);
+  EXPECT_EQ(*SerializeModel(back), bytes);
+  const auto with = [&](const char* name, std::vector<double> elements) {
+    auto arrays = ParseArrays(bytes);
+    (*arrays)[name] = VectorArray(std::move(elements));
+    return ParseModel(*SerializeArrays(*arrays)).status();
+  };
+  EXPECT_EQ(with("alpha", {0.5}).code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(with("iterative", {0.0, 1e-5}).code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(with("iterative", {37.0}).code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(with("iterative", {37.0, 0.0}), IsInvalid("tolerance"));
+  file.iterative->options.rank = 0;
+  EXPECT_THAT(SerializeModel(file), IsInvalid("rank"));
+}
+
 // Older programs read what they can: a file without any of these is of version 1.
 TEST(ModelFile, IsOfTheEarliestVersionThatHoldsIt) {
   const auto version = [](const ModelFile& file) {
@@ -104,6 +130,9 @@ TEST(ModelFile, IsOfTheEarliestVersionThatHoldsIt) {
   EXPECT_EQ(version(file), 1);
   file.sparse = SparseModelOptions{};
   EXPECT_EQ(version(file), 3);
+  file.sparse.reset();
+  file.iterative = IterativeFile{{}, {1.0, 2.0, 3.0}};
+  EXPECT_EQ(version(file), 5);
 }
 
 TEST(ModelFile, RefusesBadOutputsNoiseAndMeans) {

@@ -61,12 +61,21 @@ gp::Hyperparameters HyperparametersOf(const egosieve_gp_options& options) {
   return hyperparameters;
 }
 
-// Nothing for an exact model.
-std::optional<gp::SparseModelOptions> SparseOptionsOf(const egosieve_gp_options& options) {
-  if (options.approximation == EGOSIEVE_EXACT) return std::nullopt;
-  Require(options.approximation == EGOSIEVE_DTC || options.approximation == EGOSIEVE_FITC,
-          "options.approximation = %d; it must be EGOSIEVE_EXACT, EGOSIEVE_DTC or EGOSIEVE_FITC",
+Representation RepresentationOf(const egosieve_gp_options& options) {
+  if (options.approximation == EGOSIEVE_EXACT) return {};
+  Require(options.approximation >= EGOSIEVE_DTC && options.approximation <= EGOSIEVE_ITERATIVE,
+          "options.approximation = %d; it must be EGOSIEVE_EXACT, EGOSIEVE_DTC, EGOSIEVE_FITC or "
+          "EGOSIEVE_ITERATIVE",
           options.approximation);
+  if (options.approximation == EGOSIEVE_ITERATIVE) {
+    Require(options.inducing_points >= 1, "options.inducing_points = %d; it must be positive",
+            options.inducing_points);
+    gp::IterativeModelOptions iterative;
+    iterative.rank = options.inducing_points;
+    iterative.gradients.tolerance = options.tolerance;
+    Check(iterative.Validate());
+    return iterative;
+  }
   gp::SparseModelOptions sparse;
   sparse.approximation = options.approximation == EGOSIEVE_DTC ? gp::SparseApproximation::kDtc
                                                                : gp::SparseApproximation::kFitc;
@@ -77,7 +86,7 @@ std::optional<gp::SparseModelOptions> SparseOptionsOf(const egosieve_gp_options&
 
 std::shared_ptr<LearningModel> ModelOf(const egosieve_gp_options& options) {
   const gp::Hyperparameters hyperparameters = HyperparametersOf(options);
-  const auto sparse = SparseOptionsOf(options);
+  const Representation representation = RepresentationOf(options);
   auto context = Take(options.opencl_context == nullptr
                           ? ContextOf(options.device)
                           : ContextOn(options.opencl_context, options.opencl_device));
@@ -85,7 +94,7 @@ std::shared_ptr<LearningModel> ModelOf(const egosieve_gp_options& options) {
           options.memory_cap_bytes);
   kernels::DensePosteriorOptions posterior;  // the device's own cap
   if (options.memory_cap_bytes > 0) posterior.memory_cap_bytes = options.memory_cap_bytes;
-  return LearningModel::Create(std::move(context), hyperparameters, sparse, posterior);
+  return LearningModel::Create(std::move(context), hyperparameters, representation, posterior);
 }
 
 // The caller's points in float64, packed. y: N x k or, for one output, 1 x N. v: empty if null.
@@ -162,6 +171,7 @@ void egosieve_gp_options_init(egosieve_gp_options* options) {
   options->signal_stddev = 1.0;
   options->noise_stddev = 0.1;
   options->inducing_points = gp::SparseModelOptions().inducing_points;
+  options->tolerance = gp::ConjugateGradientOptions().tolerance;
 }
 
 void egosieve_gp_info_init(egosieve_gp_info* info) { Initialise(info); }

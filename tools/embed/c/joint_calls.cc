@@ -52,9 +52,10 @@ void WriteCoefficients(const gp::ExactModel& model, const egosieve_array* coeffi
   output.Write(weights.coefficients);
 }
 
-// A sparse model has the zero mean, and so no coefficients.
-void WriteCoefficients(const gp::SparseModel&, const egosieve_array* coefficients) {
-  OutputArray("coefficients", coefficients, 0, 1);
+// Other models have the zero mean, and so no coefficients.
+template <typename Model>
+void WriteCoefficients(const Model& model, const egosieve_array* coefficients) {
+  OutputArray("coefficients", coefficients, 0, model.outputs());
 }
 
 gp::MarginalLikelihood LikelihoodOf(const gp::ExactModel& model, const gp::Hyperparameters& there,
@@ -73,8 +74,15 @@ gp::MarginalLikelihood LikelihoodOf(const gp::SparseModel& model, const gp::Hype
                                           SparseObjectiveOf(model.options())));
 }
 
+gp::MarginalLikelihood LikelihoodOf(const gp::IterativeModel&, const gp::Hyperparameters&,
+                                    gp::LikelihoodOrder) {
+  Check(gp::NeedsFactor());
+  return {};
+}
+
 double OwnLikelihood(const gp::ExactModel& model) { return model.LogMarginalLikelihood(); }
-double OwnLikelihood(const gp::SparseModel& model) {
+template <typename Model>
+double OwnLikelihood(const Model& model) {
   return LikelihoodOf(model, model.hyperparameters(), gp::LikelihoodOrder::kValue).value;
 }
 

@@ -35,14 +35,26 @@ absl::Status LabelsOf(const Model& model, bool is_laplace) {
   return absl::OkStatus();
 }
 
+absl::Status LabelsOf(const gp::IterativeModel&, bool /*is_laplace*/) { return gp::NeedsFactor(); }
+
 absl::Status Renew(gp::ExactModel& model) { return model.Refactorize(); }
 absl::Status Renew(gp::SparseModel& model) { return model.Refresh(); }
+absl::Status Renew(gp::IterativeModel& model) { return model.Solve().status(); }
 
-std::optional<gp::SparseModelOptions> SparseOptionsOf(const gp::ExactModel&) {
+template <typename Model>
+std::optional<gp::SparseModelOptions> SparseOptionsOf(const Model&) {
   return std::nullopt;
 }
 std::optional<gp::SparseModelOptions> SparseOptionsOf(const gp::SparseModel& model) {
   return model.options();
+}
+
+template <typename Model>
+std::optional<gp::IterativeFile> IterativeFileOf(const Model&) {
+  return std::nullopt;
+}
+std::optional<gp::IterativeFile> IterativeFileOf(const gp::IterativeModel& model) {
+  return gp::IterativeFile{model.options(), Take(model.Solve())->weights.alpha};
 }
 
 // devices: empty for the model's own.
@@ -64,12 +76,16 @@ LearningModel::LearningModel(Model model, const kernels::DensePosteriorOptions& 
 
 std::shared_ptr<LearningModel> LearningModel::Create(
     std::shared_ptr<kernels::Context> context, const gp::Hyperparameters& hyperparameters,
-    const std::optional<gp::SparseModelOptions>& sparse,
-    const kernels::DensePosteriorOptions& options) {
+    const Representation& representation, const kernels::DensePosteriorOptions& options) {
   Check(options.Validate());
   const auto make = [&]() -> Model {
-    if (!sparse) return Take(gp::ExactModel::Create(std::move(context), hyperparameters));
-    return Take(gp::SparseModel::Create(std::move(context), hyperparameters, *sparse));
+    if (const auto* sparse = std::get_if<gp::SparseModelOptions>(&representation)) {
+      return Take(gp::SparseModel::Create(std::move(context), hyperparameters, *sparse));
+    }
+    if (const auto* iterative = std::get_if<gp::IterativeModelOptions>(&representation)) {
+      return Take(gp::IterativeModel::Create(std::move(context), hyperparameters, *iterative));
+    }
+    return Take(gp::ExactModel::Create(std::move(context), hyperparameters));
   };
   return std::shared_ptr<LearningModel>(new LearningModel(make(), options));
 }
@@ -77,6 +93,11 @@ std::shared_ptr<LearningModel> LearningModel::Create(
 std::shared_ptr<LearningModel> LearningModel::FromFile(std::shared_ptr<kernels::Context> context,
                                                        gp::ModelFile file) {
   const auto make = [&]() -> Model {
+    if (file.iterative) {
+      return Take(gp::IterativeModel::Restore(std::move(context), file.model,
+                                              file.iterative->options,
+                                              std::move(file.iterative->alpha)));
+    }
     if (!file.sparse) return Take(gp::ExactModel::Restore(std::move(context), file.model));
     return Take(gp::SparseModel::Restore(std::move(context), file.model, *file.sparse));
   };
@@ -131,11 +152,16 @@ SearchResult LearningModel::Optimize(const egosieve_optimize_options& options) {
   SearchResult result;
   Apply(
       [&](auto& model) {
+        Require(
+            !std::is_same_v<std::decay_t<decltype(model)>, gp::IterativeModel> ||
+                options.subset_size > 0,
+            "subset_size = 0, all points; an iterative model needs a subset, since the search is "
+            "by the exact likelihood");
         result = SearchHyperparameters(*context_, model.hyperparameters(), model.observations(),
                                        options, SparseOptionsOf(model));
         Check(model.SetHyperparameters(result.hyperparameters));
       },
-      /*renews=*/true);
+      /*renews=*/!std::holds_alternative<gp::IterativeModel>(model_));
   return result;
 }
 
@@ -208,6 +234,7 @@ gp::ModelFile LearningModel::ToFile() {
     }
     file.model = model.State();
     file.sparse = SparseOptionsOf(model);
+    file.iterative = IterativeFileOf(model);
   };
   std::visit(take, model_);
   file.squash = squash_;
@@ -233,7 +260,7 @@ egosieve_gp_info LearningModel::Describe() const {
                 std::min<int64_t>(info.scale_count, EGOSIEVE_INFO_SCALES), info.scales);
     info.signal_stddev = covariance.signal_stddev;
     info.noise_stddev = hyperparameters.noise_stddev;
-    info.jitter = model.jitter();
+    if constexpr (requires { model.jitter(); }) info.jitter = model.jitter();
     info.squash_a = squash_.a;
     info.squash_b = squash_.b;
     info.has_labels = LabelsOf(model, is_laplace_).ok();
@@ -245,6 +272,14 @@ egosieve_gp_info LearningModel::Describe() const {
       info.approximation = is_fitc ? EGOSIEVE_FITC : EGOSIEVE_DTC;
       info.inducing_points = model.options().inducing_points;
       info.inducing_count = model.inducing_size();
+    }
+    if constexpr (requires { model.report(); }) {
+      const auto report = model.report().value_or(gp::ConjugateGradientReport{-1, 0.0});
+      info.approximation = EGOSIEVE_ITERATIVE;
+      info.inducing_points = model.options().rank;
+      info.tolerance = model.options().gradients.tolerance;
+      info.iterations = report.iterations;
+      info.residual = report.residual;
     }
   };
   Visit(describe);

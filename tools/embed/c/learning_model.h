@@ -1,6 +1,6 @@
 // The objects behind an egosieve_gp and an egosieve_posterior.
 //
-// A LearningModel is an exact or a sparse model, its calibration, the posterior made from both, and
+// A LearningModel is an exact, a sparse or an iterative model, its calibration, the posterior made from both, and
 // a lock. Changes wait for each other. Posterior() waits for a change in progress, and makes the
 // posterior if the model has changed since the last call. Evaluating a posterior needs no lock.
 #pragma once
@@ -20,6 +20,7 @@
 #include "gp/io/model_file.h"
 #include "gp/model/adaptive_posterior.h"
 #include "gp/model/exact_model.h"
+#include "gp/model/iterative_model.h"
 #include "gp/model/sparse_model.h"
 #include "gp/training/laplace_approximation.h"
 #include "kernels/ops/dense_posterior.h"
@@ -42,13 +43,16 @@ struct DevicePosterior {
   int64_t dimension() const { return in_float32().hyperparameters().covariance.input_dimension(); }
 };
 
+// Options of a sparse or an iterative model; nothing for an exact one.
+using Representation =
+    std::variant<std::monostate, gp::SparseModelOptions, gp::IterativeModelOptions>;
+
 // Errors are thrown.
 class LearningModel {
  public:
-  // sparse: options of a sparse model; without them the model is exact.
   static std::shared_ptr<LearningModel> Create(std::shared_ptr<kernels::Context> context,
                                                const gp::Hyperparameters& hyperparameters,
-                                               const std::optional<gp::SparseModelOptions>& sparse,
+                                               const Representation& representation,
                                                const kernels::DensePosteriorOptions& options);
   static std::shared_ptr<LearningModel> FromFile(std::shared_ptr<kernels::Context> context,
                                                  gp::ModelFile file);
@@ -65,12 +69,13 @@ class LearningModel {
   // Does nothing if the model has not changed since the last call.
   void Calibrate();
   void SetAnnotation(std::string annotation);
-  // Rebuilds the factor, or chooses the inducing inputs again.
+  // Rebuilds the factor, chooses the inducing inputs again, or makes the weights where they are not
+  // there.
   gp::ModelFile ToFile();
 
   int64_t dimension() const { return dimension_; }  // D, never changes
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
-  // Calls `ask` with the gp::ExactModel or gp::SparseModel, under the lock.
+  // Calls `ask` with the gp::ExactModel, gp::SparseModel or gp::IterativeModel, under the lock.
   template <typename Ask>
   auto Visit(Ask&& ask) const {
     std::lock_guard lock(mutex_);
@@ -86,7 +91,7 @@ class LearningModel {
   DevicePosterior PosteriorOn(const kernels::Contexts& devices) const;
 
  private:
-  using Model = std::variant<gp::ExactModel, gp::SparseModel>;
+  using Model = std::variant<gp::ExactModel, gp::SparseModel, gp::IterativeModel>;
 
   LearningModel(Model model, const kernels::DensePosteriorOptions& options);
   // Called under the lock: discards everything derived from the model.

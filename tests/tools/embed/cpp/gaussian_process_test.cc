@@ -308,5 +308,24 @@ TEST(GaussianProcess, SparseModelsAreTheCInterfaces) {
   EXPECT_TRUE(mean.allFinite() && gradient.allFinite());
 }
 
+TEST(GaussianProcess, IterativeModelsAreTheCInterfaces) {
+  const Data data;
+  GaussianProcessOptions options;
+  options.dimension = kDimension;
+  options.approximation = Approximation::kIterative;
+  options.inducing_points = 12;
+  options.tolerance = 1e-6;
+  GaussianProcess gp = GaussianProcess::Create(options).value();
+  gp.Condition(View(data.x), View(data.y)).ThrowIfError();
+  EXPECT_EQ(gp.Describe().value().iterations, -1);
+  Eigen::MatrixXd gradient(kQueries, kDimension);
+  gp.Gradients(View(data.queries), MutableView(gradient)).ThrowIfError();
+  const GaussianProcessInfo info = gp.Describe().value();
+  EXPECT_EQ(info.approximation, Approximation::kIterative);
+  EXPECT_EQ(info.tolerance, 1e-6);
+  EXPECT_GT(info.iterations, 0);
+  EXPECT_LE(info.residual, 1e-6);
+}
+
 }  // namespace
 }  // namespace egosieve

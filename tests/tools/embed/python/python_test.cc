@@ -29,11 +29,11 @@ TEST_P(PythonTest, Passes) {
 
 INSTANTIATE_TEST_SUITE_P(All, PythonTest,
                          testing::Values("gaussian_process_test", "joint_posterior_test",
-                                         "segmenter_test", "sparse_test", "device_call_test",
-                                         "far_inputs_test", "precision_test", "optimization_test",
-                                         "estimator_test", "several_devices_test",
-                                         "check_estimator_test", "scikit_learn_test",
-                                         "classifier_test", "covariance_test"),
+                                         "segmenter_test", "sparse_test", "iterative_test",
+                                         "device_call_test", "far_inputs_test", "precision_test",
+                                         "optimization_test", "estimator_test",
+                                         "several_devices_test", "check_estimator_test",
+                                         "scikit_learn_test", "classifier_test", "covariance_test"),
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace

@@ -40,6 +40,15 @@
  *     lambda_i = sigma_n^2 + v_i                                    DTC
  *     lambda_i = sigma_n^2 + v_i + k(x_i, x_i) - k_u(x_i).K_uu^-1 k_u(x_i)   FITC
  *
+ * An iterative model has the exact means (2) of more points than a factor of 8 n^2 bytes allows.
+ * Its alpha is found by conjugate gradients, preconditioned by DTC with m inducing inputs, until
+ * |y - K_y alpha| <= tolerance |y| for each output, K_y = K + diag(sigma_n^2 + v_i); means are then
+ * off by at most tolerance sqrt(k**) |y| / sigma_n. The first call that needs alpha computes it:
+ * #EGOSIEVE_FAILED_PRECONDITION if 1,000 iterations do not reach the tolerance. It has the zero
+ * mean and no variances: what needs them (joint and left-out predictions, samples, probabilities,
+ * likelihoods) is #EGOSIEVE_FAILED_PRECONDITION. egosieve_gp_optimize() takes the exact likelihood
+ * of a subset. Its means are computed in float64 unless a prediction asks for float32.
+ *
  * A sparse model has one output and the zero mean. Its likelihood, which egosieve_gp_optimize()
  * maximises, is the variational lower bound of the exact likelihood (Titsias) for DTC, and FITC's
  * own for FITC.
@@ -47,7 +56,8 @@
  * Cost in flops: conditioning on k points k n^2, removing k points 2 k n^2; each query n (D + 10)
  * for the mean and n^2 / 2 more for the variance. For a sparse model, n is replaced by m, and k
  * points cost 2 k m^2 + m^3 / 3. Memory: 8 n^2 bytes, and 2 n^2 on the device; for a sparse model 24
- * m^2, and 8 n m more while it chooses inducing inputs.
+ * m^2, and 8 n m more while it chooses inducing inputs. For an iterative model n^2 / 2 covariances,
+ * 2 k n^2 and 4 k n m flops per iteration, and 8 n (D + m + 7 k) bytes.
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
  * 6.41, 3.4; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Predictions and their errors are in
@@ -78,12 +88,13 @@ enum {
   EGOSIEVE_LINEAR_MEAN = 2    /**< D + 1 coefficients, the constant first. */
 };
 
-typedef int64_t egosieve_approximation; /**< Approximation of a sparse model: one of these. */
+typedef int64_t egosieve_approximation; /**< How a model represents its points: one of these. */
 /** The values of #egosieve_approximation. */
 enum {
   EGOSIEVE_EXACT = 0, /**< None: the exact model. */
   EGOSIEVE_DTC = 1,   /**< Deterministic training conditional, trained by the variational bound. */
-  EGOSIEVE_FITC = 2   /**< Fully independent training conditional. */
+  EGOSIEVE_FITC = 2,  /**< Fully independent training conditional. */
+  EGOSIEVE_ITERATIVE = 3 /**< The exact means by conjugate gradients, without a factor. */
 };
 
 /** The largest D. */
@@ -110,10 +121,11 @@ typedef struct egosieve_gp_options {
                                     #EGOSIEVE_NAMED_COVARIANCE or its default. Default: null. */
   egosieve_mean mean;             /**< Default: #EGOSIEVE_ZERO_MEAN. */
   egosieve_approximation approximation; /**< Default: #EGOSIEVE_EXACT. */
-  int64_t inducing_points;              /**< Largest m, for a sparse model. Default: 512. */
+  int64_t inducing_points; /**< Largest m, for a sparse or an iterative model. Default: 512. */
   void* opencl_context; /**< The cl_context to compute on, instead of `device` (device_call.h); it
                              is retained. Default: null. */
   void* opencl_device;  /**< A cl_device_id of that context; null: its first. */
+  double tolerance; /**< Of an iterative model's residual |y - K_y alpha| / |y|. Default: 1e-8. */
 } egosieve_gp_options;
 
 /** Sets every field to its default. Null does nothing. */
@@ -174,7 +186,10 @@ typedef struct egosieve_gp_info {
   egosieve_mean mean;   /**< Mean function. */
   egosieve_approximation approximation; /**< Of a sparse model; otherwise #EGOSIEVE_EXACT. */
   int64_t inducing_points;              /**< Largest m; 0 for an exact model. */
-  int64_t inducing_count;               /**< The current m. */
+  int64_t inducing_count;               /**< The current m; 0 for an iterative model. */
+  double tolerance;                     /**< Of an iterative model; 0 for others. */
+  int64_t iterations; /**< That an iterative model's weights took; -1: they are not there yet. */
+  double residual;    /**< The largest |y - K_y alpha| / |y| of an output with these weights. */
 } egosieve_gp_info;
 
 /** Sets struct_size, and every other field to 0. Null does nothing. */

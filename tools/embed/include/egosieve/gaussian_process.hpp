@@ -37,11 +37,12 @@ enum class Mean : int32_t {
   kLinear = EGOSIEVE_LINEAR_MEAN,     /**< D + 1 coefficients, the constant first. */
 };
 
-/** Exact, or the approximation of a sparse model. */
+/** How a model represents its points. */
 enum class Approximation : int64_t {
-  kExact = EGOSIEVE_EXACT, /**< None. */
-  kDtc = EGOSIEVE_DTC,     /**< Deterministic training conditional. */
-  kFitc = EGOSIEVE_FITC,   /**< Fully independent training conditional. */
+  kExact = EGOSIEVE_EXACT,         /**< None. */
+  kDtc = EGOSIEVE_DTC,             /**< Deterministic training conditional. */
+  kFitc = EGOSIEVE_FITC,           /**< Fully independent training conditional. */
+  kIterative = EGOSIEVE_ITERATIVE, /**< Exact means by conjugate gradients, without a factor. */
 };
 
 /** Options for a new model. */
@@ -58,7 +59,8 @@ struct GaussianProcessOptions {
   void* opencl_device = nullptr;                       /**< As in #egosieve_gp_options. */
   int64_t memory_cap_bytes = 0;                        /**< As in #egosieve_gp_options. */
   Approximation approximation = Approximation::kExact; /**< Exact or sparse. */
-  int64_t inducing_points = 512;                       /**< Largest m, for a sparse model. */
+  int64_t inducing_points = 512;                       /**< Largest m, if not exact. */
+  double tolerance = 1e-8;                             /**< Of an iterative model's residual. */
 };
 
 /** Current state of a model. */
@@ -78,6 +80,9 @@ struct GaussianProcessInfo {
   Approximation approximation = Approximation::kExact; /**< Exact or sparse. */
   int64_t inducing_points = 0;                         /**< Largest m; 0 for an exact model. */
   int64_t inducing_count = 0;                          /**< The current m. */
+  double tolerance = 0.0;                              /**< Of an iterative model's residual. */
+  int64_t iterations = 0;                              /**< As in #egosieve_gp_info. */
+  double residual = 0.0;                               /**< As in #egosieve_gp_info. */
 };
 
 /** Options of the optimisation of hyperparameters; see egosieve_gp_optimize(). */
@@ -139,6 +144,7 @@ class GaussianProcess : public Predictor<egosieve_gp, egosieve_gp_free, egosieve
     c.memory_cap_bytes = options.memory_cap_bytes;
     c.approximation = static_cast<egosieve_approximation>(options.approximation);
     c.inducing_points = options.inducing_points;
+    c.tolerance = options.tolerance;
     egosieve_gp* handle = nullptr;
     return internal::Own<GaussianProcess>(egosieve_gp_create(&c, &handle), handle);
   }
@@ -225,6 +231,9 @@ class GaussianProcess : public Predictor<egosieve_gp, egosieve_gp_free, egosieve
     info.approximation = static_cast<Approximation>(c.approximation);
     info.inducing_points = c.inducing_points;
     info.inducing_count = c.inducing_count;
+    info.tolerance = c.tolerance;
+    info.iterations = c.iterations;
+    info.residual = c.residual;
     return info;
   }
   /** Copies the noise variances of the points, n values. */

@@ -13,7 +13,7 @@ from ._library import OptimizeOptions, OptimizeResult, Prediction, choice, encod
 
 _NAMED_COVARIANCE = 2
 _MEANS = ("zero", "constant", "linear")
-_APPROXIMATIONS = ("exact", "dtc", "fitc")
+_APPROXIMATIONS = ("exact", "dtc", "fitc", "iterative")
 _PRECISIONS = ("auto", "float64", "float32")
 
 _egosieve = Library("egosieve", """
@@ -76,6 +76,7 @@ class _Predictor(Handle):
 
     _library = _egosieve
     _told = False  # that float32 does not suffice
+    in_float64 = False  # which is the rule for an iterative model
     # Of the last prediction.
     clamped_variances = float64_count = 0
 
@@ -87,7 +88,7 @@ class _Predictor(Handle):
         )  # fmt: skip
         self.call(call, *place, prediction)
         self.clamped_variances, self.float64_count = prediction.clamped_variances, prediction.float64_count
-        if precision == "auto" and self.float64_count and probability is None and not self._told:
+        if precision == "auto" and self.float64_count and probability is None and not (self._told or self.in_float64):
             self._told = True
             warnings.warn(
                 "float32 does not suffice for this model: its errors exceed a hundredth of the posterior's deviation. "
@@ -120,6 +121,10 @@ class Posterior(_Predictor):
 
 class Model(_Predictor):
     _prefix = "gp_"
+
+    def __init__(self, handle):
+        super().__init__(handle)
+        self.in_float64 = self.describe()["approximation"] == "iterative"
 
     @classmethod
     def create(cls, kernel, scales, mean, device, approximation, **options):
@@ -169,7 +174,7 @@ class Model(_Predictor):
         scales = (c_double * info.scale_count)()
         self.call("scales", scales, info.scale_count)
         names = ("size", "dimension", "outputs", "coefficients", "signal_stddev", "noise_stddev", "jitter",
-                 "inducing_points", "inducing_count")  # fmt: skip
+                 "inducing_points", "inducing_count", "tolerance", "iterations", "residual")  # fmt: skip
         return {
             **{name: getattr(info, name) for name in names},
             "kernel": self.bytes("covariance_text").decode(),
@@ -189,12 +194,17 @@ class Model(_Predictor):
         handle = c_void_p()
         if devices is None:
             self.call("posterior", handle)
-            return Posterior(handle)
+            return self._made(handle)
         if not isinstance(devices, (list, tuple)):
             raise TypeError(f"devices is a {type(devices).__name__}; it must be a list of names")
         names = (ctypes.c_char_p * len(devices))(*map(encoded, devices))
         self.call("posterior_on_devices", names, len(devices), handle, not_found=ValueError)
-        return Posterior(handle)
+        return self._made(handle)
+
+    def _made(self, handle):
+        made = Posterior(handle)
+        made.in_float64 = self.in_float64
+        return made
 
     def enqueue_covariances(self, x, z, k, queue, wait):
         event = c_void_p()

@@ -40,11 +40,11 @@ Grid = _struct("Grid", "double x0 y0 dx dy, int64 rows columns")
 GpOptions = _struct("GpOptions", """
     int32 covariance dimension, double* scales, int64 scale_count, double signal_stddev noise_stddev, char* device,
     int64 memory_cap_bytes, char* covariance_text, int32 mean, int64 approximation inducing_points,
-    void* opencl_context opencl_device""", "gp_options_init")  # fmt: skip
+    void* opencl_context opencl_device, double tolerance""", "gp_options_init")  # fmt: skip
 GpInfo = _struct("GpInfo", """
     int64 size, int32 dimension covariance, int64 scale_count, double[33] scales, double signal_stddev noise_stddev jitter
     squash_a squash_b, int64 has_labels outputs coefficients, int32 mean,
-    int64 approximation inducing_points inducing_count""", "gp_info_init")  # fmt: skip
+    int64 approximation inducing_points inducing_count, double tolerance, int64 iterations, double residual""", "gp_info_init")  # fmt: skip
 OptimizeOptions = _struct("OptimizeOptions", """
     int64 subset_size, int32 restarts gradient_steps, double tolerance, uint64 seed, double* lower_bounds upper_bounds,
     int64 bound_count, should_stop should_stop, void* stop_argument""", "optimize_options_init")  # fmt: skip

@@ -10,7 +10,7 @@ from .estimator import Classifier
 from .gaussian_process import GaussianProcess
 
 # Of a regression.
-_LEFT_OUT = ("alpha", "mean", "approximation", "inducing_points", "normalize_y")
+_LEFT_OUT = ("alpha", "mean", "approximation", "inducing_points", "tolerance", "normalize_y")
 _KERNEL = "isotropic(squared_exponential)"
 
 

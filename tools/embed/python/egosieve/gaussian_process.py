@@ -63,11 +63,17 @@ class GaussianProcess(ExactPredictor, Regressor):
     mean : "zero", "constant" or "linear"
         The prior mean's function; its coefficients (coef_) are estimated by generalised least squares, and
         predictions carry their uncertainty.
-    approximation : "exact", "dtc" or "fitc"
+    approximation : "exact", "dtc", "fitc" or "iterative"
         A sparse model approximates the points by inducing inputs among them, chosen by pivoted Cholesky: n m^2 flops
-        in place of n^3 / 3. It has one target and the zero mean. "dtc" is trained by the variational bound.
+        in place of n^3 / 3. It has one target and the zero mean. "dtc" is trained by the variational bound. "iterative" is
+        the exact mean for more points than 8 n^2 bytes allow, by conjugate gradients, preconditioned with m inducing inputs:
+        n^2 / 2 covariances for each iteration, of which hyperparameters_ tells the number and the residual reached. It has the
+        zero mean and nothing that needs variances, and is optimised by the exact likelihood of subset_size points.
     inducing_points : int
-        m at most, of a sparse model.
+        m at most, of a sparse or an iterative model.
+    tolerance : float
+        Of an iterative model: |y - K_y a| <= tolerance |y|, which bounds the error of the mean by
+        tolerance sigma_f |y| / sigma_n. RuntimeError where 1,000 iterations do not reach it.
     optimize : bool
         fit maximises the log marginal likelihood, or a sparse model's objective, over scales, sigma_f and sigma_n.
     normalize_y : bool
@@ -117,7 +123,7 @@ class GaussianProcess(ExactPredictor, Regressor):
 
     def __init__(
         self, kernel="arcsine", *, scales=None, signal_stddev=1.0, noise_stddev=0.1, alpha=0.0, mean="zero",
-        approximation="exact", inducing_points=512, optimize=True, normalize_y=False, subset_size=800,
+        approximation="exact", inducing_points=512, tolerance=1e-8, optimize=True, normalize_y=False, subset_size=800,
         n_restarts_optimizer=0, bounds=None, random_state=1, device=None, memory_cap_bytes=0, opencl_context=None,
         opencl_device=None,
     ):  # fmt: skip
@@ -140,7 +146,10 @@ class GaussianProcess(ExactPredictor, Regressor):
         model = self._new_model(X.shape[1])
         model.call("condition_noisy", X, self._normalized(y, offset, scale), alpha)
         search = self._search(X.shape[1]) if self.optimize and len(X) > 1 else None
-        return self._adopt(model, X.shape[1], offset, scale, names, search and model.optimize("optimize", search=search))
+        self._adopt(model, X.shape[1], offset, scale, names, search and model.optimize("optimize", search=search))
+        if model.in_float64:
+            model.posterior()  # fit tells whether the iterations converge
+        return self
 
     def _fit_labels(self, X, y, weights):
         """As fit, for GaussianProcessClassifier: labels -1 and 1, and Laplace's approximation of f."""
@@ -308,8 +317,8 @@ class GaussianProcess(ExactPredictor, Regressor):
     def _from_model(cls, model, device):
         info = model.describe()
         names = ("kernel", "scales", "signal_stddev", "noise_stddev", "mean", "approximation")
-        gp = cls(**{name: info[name] for name in names}, inducing_points=info["inducing_points"] or 512, optimize=False,
-                 device=device)  # fmt: skip
+        gp = cls(**{name: info[name] for name in names}, inducing_points=info["inducing_points"] or 512,
+                 tolerance=info["tolerance"] or 1e-8, optimize=False, device=device)  # fmt: skip
         shape = (info["outputs"],) if info["outputs"] > 1 else ()
         observed, names, offset, scale = False, None, np.zeros(shape), np.ones(shape)
         try:
@@ -346,6 +355,7 @@ class GaussianProcess(ExactPredictor, Regressor):
                   for name in _OF_THE_PROCESS}  # fmt: skip
         return Model.create(kernel, scales, str(self.mean), self.device, self.approximation, dimension=n_features,
                             signal_stddev=signal_stddev, noise_stddev=noise_stddev, inducing_points=self.inducing_points,
+                            tolerance=arguments.number("tolerance", self.tolerance),
                             memory_cap_bytes=self.memory_cap_bytes, **opencl)  # fmt: skip
 
     def _normalization(self, y):

@@ -1,0 +1,211 @@
+#include "gp/model/iterative_model.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "gp/linalg/aligned_matrix.h"
+#include "gp/linalg/cholesky.h"
+#include "gp/linalg/tile_operations.h"
+#include "gp/model/covariance_product.h"
+#include "gp/model/inducing_points.h"
+#include "gp/model/model_checks.h"
+#include "gp/model/sparse_solution.h"
+#include "kernels/base/parallel_for.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::ConstMatrixView;
+using kernels::MatrixView;
+
+constexpr int64_t kColumnGroup = 64;  // of V on a thread at a time
+
+// out: columns x rows.
+std::vector<double> TransposeOf(const std::vector<double>& from, int64_t rows, int64_t columns) {
+  std::vector<double> out(from.size());
+  for (int64_t i = 0; i < rows; ++i) {
+    for (int64_t c = 0; c < columns; ++c) out[c * rows + i] = from[i * columns + c];
+  }
+  return out;
+}
+
+// M^-1 of (IM4).
+class LowRankInverse {
+ public:
+  static absl::StatusOr<LowRankInverse> Create(kernels::Context& context,
+                                               const Hyperparameters& hyperparameters,
+                                               const PointSet& points, int64_t rank) {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        std::vector<double> inputs,
+        ChooseInducingInputs(context, hyperparameters.covariance,
+                             points.view(hyperparameters.covariance.input_dimension()), rank));
+    LowRankInverse inverse;  // what follows from the targets is not used
+    EGOSIEVE_ASSIGN_OR_RETURN(inverse.solution_,
+                              SolveSparse(context, {}, hyperparameters, points, std::move(inputs),
+                                          &inverse.projections_));
+    return inverse;
+  }
+
+  void Apply(ConstMatrixView<double> r, MatrixView<double> out) const {
+    const int64_t n = r.cols, k = r.rows, m = projections_.cols();
+    const std::vector<double>& noise = solution_.lambda;
+    for (int64_t c = 0; c < k; ++c) {
+      for (int64_t i = 0; i < n; ++i) out(c, i) = r(c, i) / noise[i];
+    }
+    std::vector<double> sums(k * m), solved(m * k);  // V^T D^-1 r, A^-1 of it
+    kernels::ParallelFor((m + kColumnGroup - 1) / kColumnGroup, 2.0 * n * k * m, [&](int64_t g) {
+      const int64_t first = g * kColumnGroup, last = std::min(m, first + kColumnGroup);
+      for (int64_t i = 0; i < n; ++i) {
+        const double* v = projections_.row(i);
+        for (int64_t c = 0; c < k; ++c) {
+          const double w = out(c, i);
+          for (int64_t j = first; j < last; ++j) sums[c * m + j] += w * v[j];
+        }
+      }
+    });
+    for (int64_t c = 0; c < k; ++c) {
+      std::vector<double> column(&sums[c * m], &sums[c * m] + m);
+      SolveSum(solution_.sum_factor, column);
+      std::copy(column.begin(), column.end(), &solved[c * m]);
+    }
+    kernels::ParallelFor((n + kRowTile - 1) / kRowTile, 2.0 * n * k * m, [&](int64_t t) {
+      const int64_t end = std::min(n, (t + 1) * kRowTile);
+      for (int64_t i = t * kRowTile; i < end; ++i) {
+        for (int64_t c = 0; c < k; ++c) {
+          out(c, i) -= Dot(projections_.row(i), &solved[c * m], m) / noise[i];
+        }
+      }
+    });
+  }
+
+ private:
+  SparseSolution solution_;
+  AlignedMatrix projections_;  // V, n x m
+};
+
+}  // namespace
+
+absl::Status IterativeModelOptions::Validate() const {
+  if (!(rank >= 1)) {
+    return absl::InvalidArgumentError(absl::StrFormat("rank = %d; it must be positive", rank));
+  }
+  return gradients.Validate();
+}
+
+absl::StatusOr<IterativeModel> IterativeModel::Create(std::shared_ptr<kernels::Context> context,
+                                                      const Hyperparameters& hyperparameters,
+                                                      const IterativeModelOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckSetUp(context.get(), hyperparameters));
+  EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean("iterative", hyperparameters));
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  IterativeModel model;
+  model.context_ = std::move(context);
+  model.hyperparameters_ = hyperparameters;
+  model.options_ = options;
+  return model;
+}
+
+absl::StatusOr<IterativeModel> IterativeModel::Restore(std::shared_ptr<kernels::Context> context,
+                                                       const ExactModelState& state,
+                                                       const IterativeModelOptions& options,
+                                                       std::vector<double> alpha) {
+  EGOSIEVE_RETURN_IF_ERROR(state.Validate());
+  if (!alpha.empty() && alpha.size() != state.points.targets.size()) {
+    return absl::InvalidArgumentError(absl::StrFormat("%d weights; there are %d targets",
+                                                      alpha.size(), state.points.targets.size()));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(IterativeModel model,
+                            Create(std::move(context), state.hyperparameters, options));
+  model.points_ = state.points;
+  model.start_ = std::move(alpha);
+  return model;
+}
+
+absl::Status IterativeModel::AddObservations(const Observations& added, int64_t time) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckAddition(added, points_, input_dimension()));
+  if (added.size() == 0) return absl::OkStatus();
+  PointSet points = points_;
+  points.Append(added, time);
+  points_ = std::move(points);
+  solution_ = nullptr;
+  start_.clear();
+  return absl::OkStatus();
+}
+
+absl::Status IterativeModel::Remove(absl::Span<const int64_t> rows) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckRows(rows, size()));
+  if (rows.empty()) return absl::OkStatus();
+  points_.Remove(rows);
+  solution_ = nullptr;
+  start_.clear();
+  return absl::OkStatus();
+}
+
+absl::Status IterativeModel::SetHyperparameters(const Hyperparameters& hyperparameters) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckReplacement(hyperparameters, size(), input_dimension()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean("iterative", hyperparameters));
+  hyperparameters_ = Hyperparameters(hyperparameters);
+  solution_ = nullptr;
+  start_.clear();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::shared_ptr<const IterativeModel::Solution>> IterativeModel::Solve() const {
+  if (solution_ != nullptr) return solution_;
+  const int64_t n = size(), k = outputs();
+  std::vector<double> diagonal(n, hyperparameters_.noise_variance());
+  for (int64_t i = 0; i < n; ++i) diagonal[i] += points_.noise_variance(i);
+  const auto multiply = [&](ConstMatrixView<double> v, MatrixView<double> out) {
+    return MultiplyCovariance(*context_, hyperparameters_.covariance,
+                              points_.view(input_dimension()), diagonal, v, out);
+  };
+  std::optional<LowRankInverse> inverse;  // made where weights to start from are not enough
+  const auto precondition = [&](ConstMatrixView<double> r, MatrixView<double> out) {
+    if (!inverse.has_value()) {
+      EGOSIEVE_ASSIGN_OR_RETURN(
+          inverse, LowRankInverse::Create(*context_, hyperparameters_, points_, options_.rank));
+    }
+    inverse->Apply(r, out);
+    return absl::OkStatus();
+  };
+  const std::vector<double> b = TransposeOf(points_.targets, n, k);
+  std::vector<double> x = start_.empty() ? std::vector<double>(n * k) : TransposeOf(start_, n, k);
+  auto solution = std::make_shared<Solution>();
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      solution->report,
+      SolveByConjugateGradients(multiply, precondition, options_.gradients, {b.data(), k, n},
+                                MatrixView<double>(x.data(), k, n)));
+  solution->weights.points = n;
+  solution->weights.outputs = k;
+  solution->weights.alpha = TransposeOf(x, k, n);
+  solution_ = std::move(solution);
+  return solution_;
+}
+
+std::optional<ConjugateGradientReport> IterativeModel::report() const {
+  if (solution_ == nullptr) return std::nullopt;
+  return solution_->report;
+}
+
+absl::StatusOr<std::shared_ptr<const Posterior>> IterativeModel::MakePosterior(
+    const SquashParameters& squash, const kernels::DensePosteriorOptions& options,
+    const kernels::Contexts& devices) const {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const Solution> solution, Solve());
+  kernels::PosteriorModel model;
+  model.covariance = hyperparameters_.covariance;
+  model.inputs = points_.view(input_dimension());
+  return Posterior::Create(devices.empty() ? kernels::Contexts{context_} : devices, model,
+                           hyperparameters_, squash, solution->weights, options);
+}
+
+absl::StatusOr<std::shared_ptr<const Float64Posterior>> IterativeModel::MakeFloat64Posterior()
+    const {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const Solution> solution, Solve());
+  return std::make_shared<const Float64Posterior>(
+      context_, hyperparameters_, points_.view(input_dimension()), solution->weights,
+      SharedFactor{kernels::FactorKind::kNone, {nullptr, size(), size()}, nullptr});
+}
+
+}  // namespace egosieve::gp
