@@ -50,8 +50,8 @@ absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
     if (IsTrusted(view.motion)) view.frame = &picture;
     return view;
   };
-  outlook.far = view(*pictures.back(), outlook.links.far);
-  if (pictures.size() > 2) outlook.near = view(*pictures[1], outlook.links.near);
+  outlook.far = view(*pictures[outlook.links.last], outlook.links.far);
+  if (outlook.links.last > 1) outlook.near = view(*pictures[1], outlook.links.near);
   return outlook;
 }
 

@@ -34,7 +34,7 @@ struct Outlook {
 };
 
 // ahead: pictures after the frame, in order. `near` is the next picture, `far` the last before the
-// size changes, in which slow motion shows. Pictures that repeat the one before are skipped. Empty
+// size changes that flow reaches (pair_motions.h), in which slow motion shows. Pictures that repeat the one before are skipped. Empty
 // if the pictures show another scene or their motion is not trusted. moved: for the nodes of the
 // frame's grid (mover_memory.h).
 absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "kernels/base/status_macros.h"
 #include "vision/geometry/point_pair.h"
@@ -53,12 +54,19 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
   links.followed_share = static_cast<double>(followed) /
                          static_cast<double>(std::max<int64_t>(grid.textured_count, 1));
   links.far = links.near;
+  links.last = 1;
   for (const auto& next : further) {
-    for (cv::Point2f& place : links.far) {
-      if (!IsKnown(place)) continue;
-      place = FollowFlow(next->forward, next->backward, place, options_)
-                  .value_or(cv::Point2f(kNowhere, kNowhere));
+    std::vector<cv::Point2f> places = links.far;
+    int64_t far = 0;
+    for (size_t n = 0; n < places.size(); ++n) {
+      if (!IsKnown(places[n])) continue;
+      places[n] = FollowFlow(next->forward, next->backward, places[n], options_)
+                      .value_or(cv::Point2f(kNowhere, kNowhere));
+      far += links.is_textured[n] != 0 && IsKnown(places[n]);
     }
+    if (static_cast<double>(far) < kFollowsFar * static_cast<double>(followed)) break;
+    links.far = std::move(places);
+    ++links.last;
   }
   return links;
 }

@@ -10,6 +10,10 @@
 // ahead from the first picture of a pair, and looking back from the second. Flows are not part of
 // the state, because the same pictures give the same flows. Motions are, because they depend on the
 // movers before the first picture.
+//
+// The last picture of a chain is the one up to which flow follows at least kFollowsFar of the
+// textured places of the first step, or the first one. Places that are lost by then are those that
+// move fast or lie near the border, and what is left says little of them.
 #pragma once
 
 #include <cstdint>
@@ -30,11 +34,15 @@
 
 namespace egosieve::vision {
 
+// As in tools/run_folder/baselines.h, where pairs of pictures that follow each other are judged.
+inline constexpr double kFollowsFar = 0.7;
+
 // Places of a picture's grid nodes in two later pictures; NaN where flow failed. Empty if no
 // pictures were given or they are too small for flow.
 struct GridLinks {
   cv::Size nodes;                      // of the grid
   std::vector<cv::Point2f> near, far;  // one per node: in the next picture, and in the last one
+  size_t last = 0;                     // which of the pictures given is the last one
   std::vector<uint8_t> is_textured;    // one per node
   double followed_share = 0.0;         // share of the textured nodes that `near` follows
 

@@ -154,6 +154,20 @@ TEST(LookAhead, AnotherSceneSaysNothing) {
   EXPECT_TRUE(LookAhead(*a, {cut}, camera, {}, motions)->empty());
 }
 
+TEST(LookAhead, EndsWhereFlowLosesMostPlaces) {
+  const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
+  PairMotions motions({}, {}, nullptr);
+  const auto a = PictureOf(0, 4), b = PictureOf(1, 4), c = PictureOf(2, 4), cut = PictureOf(3, 4);
+  cv::RNG random(9);
+  random.fill(cut->grey, cv::RNG::UNIFORM, 0, 256);
+  const Outlook outlook = *LookAhead(*a, {b, c, cut}, camera, {}, motions);
+  EXPECT_EQ(outlook.far.frame, c.get());
+  EXPECT_EQ(outlook.near.frame, b.get());
+  const Outlook short_one = *LookAhead(*b, {c, cut}, camera, {}, motions);
+  EXPECT_EQ(short_one.far.frame, c.get());
+  EXPECT_EQ(short_one.near.frame, nullptr);
+}
+
 constexpr int kStride = 5;
 const cv::Size kImage(50, 30);  // 10 x 6 nodes, the first at (2, 2)
 
