@@ -55,6 +55,7 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
                          static_cast<double>(std::max<int64_t>(grid.textured_count, 1));
   links.far = links.near;
   links.last = 1;
+  const double least = motion_options_.travel.IsOfVehicle() ? 0.0 : kFollowsFar;
   for (const auto& next : further) {
     std::vector<cv::Point2f> places = links.far;
     int64_t far = 0;
@@ -64,7 +65,7 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
                       .value_or(cv::Point2f(kNowhere, kNowhere));
       far += links.is_textured[n] != 0 && IsKnown(places[n]);
     }
-    if (static_cast<double>(far) < kFollowsFar * static_cast<double>(followed)) break;
+    if (static_cast<double>(far) < least * static_cast<double>(followed)) break;
     links.far = std::move(places);
     ++links.last;
   }

@@ -11,9 +11,10 @@
 // the state, because the same pictures give the same flows. Motions are, because they depend on the
 // movers before the first picture.
 //
-// The last picture of a chain is the one up to which flow follows at least kFollowsFar of the
-// textured places of the first step, or the first one. Places that are lost by then are those that
-// move fast or lie near the border, and what is left says little of them.
+// Of a hand-held camera, the last picture of a chain is the one up to which flow follows at least
+// kFollowsFar of the textured places of the first step, or the first one: what flow has lost by
+// then moves fast. Of a vehicle's camera it is the last one given, since what moves ahead of it is
+// slow and shows there alone, while flow loses the road.
 #pragma once
 
 #include <cstdint>

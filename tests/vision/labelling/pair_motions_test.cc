@@ -166,6 +166,14 @@ TEST(LookAhead, EndsWhereFlowLosesMostPlaces) {
   const Outlook short_one = *LookAhead(*b, {c, cut}, camera, {}, motions);
   EXPECT_EQ(short_one.far.frame, c.get());
   EXPECT_EQ(short_one.near.frame, nullptr);
+
+  TwoViewMotionOptions vehicle;
+  vehicle.travel.share = 0.9;
+  vehicle.travel.concentration = 400.0;
+  ASSERT_TRUE(vehicle.travel.IsOfVehicle());
+  PairMotions of_vehicle({}, vehicle, nullptr);
+  EXPECT_EQ(of_vehicle.Follow({a.get(), b.get(), c.get(), cut.get()})->last, 3u);
+  EXPECT_EQ(motions.Follow({a.get(), b.get(), c.get(), cut.get()})->last, 2u);
 }
 
 constexpr int kStride = 5;
