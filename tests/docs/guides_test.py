@@ -26,6 +26,7 @@ NOT_RUN = {
     'AWS_BATCH_JOB_ARRAY_INDEX': 'needs an account',
     'out/live': 'needs a camera: tests/tools/segment/stream_test.cc sends streams',
     'out/bag': 'needs a recording of ROS, and a package from the network',
+    './run view': 'needs a package from the network: tests/tools/view reads what it writes',
     'colmap feature_extractor': 'needs COLMAP: bench/colmap runs it',
     'ns-train': 'needs nerfstudio and a GPU',
     'python train.py': "a program of Gaussian splatting's authors; needs a GPU",
