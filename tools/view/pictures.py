@@ -17,14 +17,17 @@ def natural(path):
     return [(int(part), "") if part.isdigit() else (0, part) for part in re.split(r"(\d+)", str(path))]
 
 
-def folder_of(path):
-    """What the names of pictures are relative to: the folder, that of a list, or the one that all files of a glob share."""
+def folders_of(path, name):
+    """What a picture's name may be relative to: the folder, that of a list's files, or the one that all files of a glob share."""
     if path.is_dir():
-        return path
-    found = [path] if path.exists() else [Path(name) for name in glob.glob(str(path))]
+        return [path]
+    if path.suffix in (".txt", ".csv") and path.is_file():
+        words = re.split(r"[\s,]+", path.read_text(encoding="utf-8", errors="replace"))
+        return [path.parent / word.removesuffix(name) for word in words if word.endswith(name)] + [path.parent / "data"]
+    found = [path] if path.exists() else [Path(file) for file in glob.glob(str(path))]
     if not found:
         raise InputError(f"there is no {path}; {MOVE}")
-    return Path(os.path.commonpath([file.parent for file in found]))
+    return [Path(os.path.commonpath([file.parent for file in found]))]
 
 
 def videos_of(path):
@@ -47,8 +50,8 @@ def pictures(source, lines):
 
     InputError where the input lacks one, or it has another size than the run says.
     """
-    folder = folder_of(source)
-    if all((folder / line.image).is_file() for line in lines[:1]):
+    folder = next((folder for folder in folders_of(source, lines[0].image) if (folder / lines[0].image).is_file()), None)
+    if folder:
         read = ((line, cv2.imread(str(folder / line.image))) for line in lines)
     else:
         read = from_videos(decoded(videos_of(source)), lines)

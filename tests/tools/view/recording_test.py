@@ -111,6 +111,11 @@ class Recording(unittest.TestCase):
         for frame in (2, 3, 6):
             self.assertLess(abs(self.picture(found[frame]).mean() - 30 * frame), 3)
 
+    def test_takes_pictures_of_lists_and_globs(self):
+        (self.root / "list.csv").write_text("".join(f"{k},frames/{k:06d}.png\n" for k in range(drive.FRAMES)))
+        for source in ("list.csv", "frames/*.png"):
+            self.assertIn("6 frames", self.view(f"--input={self.root}/{source}"))
+
     def test_takes_every_nth_frame(self):
         self.assertIn("3 frames", self.view("--every=2"))
         self.assertEqual([frame for frame in rows_of(self.run_folder / "view.rrd")[IMAGE] if frame], [1, 3, 5])
