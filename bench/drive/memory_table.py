@@ -10,7 +10,9 @@ memory.md in bench/results: the resident memory by step, and by fifth of the fra
 import argparse
 import itertools
 import json
+import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -73,9 +75,10 @@ def run_once(video, run, profile, minutes):
         while process.poll() is None:
             if time.monotonic() > end:
                 process.terminate()
+                end = math.inf
             samples.append((*done_so_far(run), resident(process)))
             time.sleep(0.25)
-    if process.returncode not in (0, 4, 130):
+    if process.returncode not in (0, 4, 130, -signal.SIGTERM):
         sys.exit(f"memory_table: exit code {process.returncode}: {Path(f'{run}.log').read_text().strip()[-500:]}")
     return samples
 
@@ -107,7 +110,7 @@ def page(record):
 def main():
     """Measures and writes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--video", type=Path, default=DATA / "strangers" / "seattle_street1.mp4")
+    parser.add_argument("--video", type=Path, default=DATA / "strangers" / "dashcam_intersection.mp4")
     parser.add_argument("--frames", type=int, default=4500)
     parser.add_argument("--profile", default="fast")
     parser.add_argument("--minutes", type=float, default=600, help="after which the run is ended; the table is then of what was done")

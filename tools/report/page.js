@@ -91,6 +91,16 @@
     figures.push(figure);
   }
 
+  // A page that was moved without the video, or a browser that cannot decode it, has the link alone.
+  function drawVideo(parent, source) {
+    var video = add(parent, "video");
+    video.controls = true;
+    video.preload = "metadata";
+    video.addEventListener("error", function () { video.remove(); });
+    video.src = source;
+    add(add(parent, "p"), "a", source).href = source;
+  }
+
   document.addEventListener("keydown", function (event) {
     var focused = figures.indexOf(document.activeElement && document.activeElement.parentNode);
     if (event.key === "Enter" && focused >= 0 && shown < 0) show(focused);
@@ -194,6 +204,11 @@
   document.title = "Egosieve: " + report.title;
   var main = document.querySelector("main"), header = add(main, "header");
   add(add(header, "h1", report.title + " "), "span", report.ended === "running" ? "not finished" : report.ended, "pill " + report.ended);
+  report.verdict.forEach(function (line) {
+    var row = add(header, "p", "", "verdict " + line[2]);
+    add(row, "b", line[0]);
+    add(row, "span", line[1]);
+  });
   report.about.forEach(function (line) { add(header, "p", line[0], line[1]); });
   var tiles = add(main, "section", "", "tiles");
   report.tiles.forEach(function (tile) {
@@ -204,10 +219,10 @@
   report.sections.forEach(function (section) {
     if (section.title) add(main, "h2", section.title);
     if (section.timeline) drawTimeline(main, section.timeline);
-    if (section.video) add(add(main, "p"), "a", section.video).href = section.video;
+    if (section.video) drawVideo(main, section.video);
     (section.notes || []).forEach(function (note) { add(main, "p", note, "note"); });
     if (section.pictures) {
-      var pictures = add(main, "section", "", "pictures");
+      var pictures = add(main, "section", "", section.portrait ? "pictures portrait" : "pictures");
       section.pictures.forEach(function (picture, i) { drawPicture(pictures, picture, i); });
     }
     if (section.charts) {

@@ -120,7 +120,8 @@ TEST(Program, Runs) {
   EXPECT_EQ(help.code, 0) << help.output;
   ExpectOwnLibraries(InstalledTree() + "/bin/egosieve");
   for (const char* const script : {"egosieve-eval", "egosieve-view"}) {
-    const CommandOutcome told = RunClean("/", "'" + InstalledTree() + "/bin/" + script + "' --help");
+    const CommandOutcome told =
+        RunClean("/", "'" + InstalledTree() + "/bin/" + script + "' --help");
     EXPECT_EQ(told.code, 0) << told.output;
   }
 }
