@@ -155,7 +155,7 @@ Json Timeline(const std::string& tracks, const std::vector<FrameLine>& lines) {
   for (const FrameLine& line : lines) {
     if (!DoubtOf(line).empty()) doubtful.push_back(line.index);
   }
-  std::string note = "When each mover was there, by its number. Grey: unreliable frames.";
+  std::string note = "When each mover was there, by its number. Amber: unreliable frames.";
   if (left_out > 0) {
     absl::StrAppend(&note, " ", left_out, " movers that were there shorter are in tracks.csv.");
   }
@@ -186,7 +186,7 @@ Json Doubtful(absl::Span<const FrameLine> lines) {
   for (const FrameLine& line : lines) {
     const std::string doubt = DoubtOf(line);
     if (!doubt.empty()) {
-      if (!is_within) stretches.push_back({&line});
+      if (!is_within) stretches.emplace_back().first = &line;
       stretches.back().last = &line;
       ++stretches.back().frames;
       stretches.back().reasons.Add(doubt, line.index);

@@ -52,7 +52,7 @@
     return element;
   }
 
-  // A row per mover; grey columns are frames that were not learnt from.
+  // A row per mover; amber columns are unreliable frames.
   function drawTimeline(parent, timeline) {
     var box = add(parent, "div", "", "timeline"), size = timeline.last - timeline.first + 1;
     function bar(row, range, colour, title) {
@@ -66,7 +66,7 @@
     timeline.rows.forEach(function (mover) {
       add(box, "span", mover.number);
       var row = add(box, "div");
-      timeline.doubtful.forEach(function (range) { bar(row, range, "#e3e6ea", ""); });
+      timeline.doubtful.forEach(function (range) { bar(row, range, "#f0c060", ""); });
       mover.stays.forEach(function (range) { bar(row, range, mover.colour, mover.number + ": frames " + range[0] + " to " + range[1]); });
     });
     add(box, "span");
