@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 """How much memory `egosieve run` takes over a long video: learning, masks, numbered movers, overlay and page.
 
-    bench/drive/memory_table.py [--video FILE] [--frames N] [--profile NAME] [--minutes M]
+    bench/drive/memory_table.py [--video FILE] [--width PIXELS] [--frames N] [--profile NAME] [--minutes M]
 
-Plays a video forwards and backwards, scaled to 640 pixels in width, until it has so many frames, and runs the program on that. Writes memory.json and
-memory.md in bench/results: the resident memory by step, and by fifth of the frames, so that growth would show.
+Plays a video forwards and backwards, scaled to that width, until it has so many frames, and runs the program on that. Writes the resident memory by step,
+and by fifth of the frames, so that growth would show, into memory.json and memory.md in bench/results, beside those of other widths.
 """
 
 import argparse
@@ -27,15 +27,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from common import PROGRAM, RESULTS, ROOT, machine, markdown  # noqa: E402
 
 DATA = Path(os.environ.get("EGOSIEVE_DATA", ROOT.parent / "shared" / "data"))
-WIDTH, RATE, PARTS = 640, 30, 5
+RATE, PARTS = 30, 5
 
 
-def pictures(video):
+def pictures(video, width):
     """The video's pictures of that width, forwards and backwards without end; those of one way are kept as JPEG."""
     capture, kept = cv2.VideoCapture(str(video)), []
     while (picture := capture.read()[1]) is not None:
-        height = round(picture.shape[0] * WIDTH / picture.shape[1] / 2) * 2
-        kept.append(cv2.imencode(".jpg", cv2.resize(picture, (WIDTH, height), interpolation=cv2.INTER_AREA))[1])
+        height = round(picture.shape[0] * width / picture.shape[1] / 2) * 2
+        kept.append(cv2.imencode(".jpg", cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA))[1])
     if len(kept) < 2:
         sys.exit(f"memory_table: no pictures in {video}; set EGOSIEVE_DATA or give --video")
     yield from (cv2.imdecode(kept[i], cv2.IMREAD_COLOR) for i in itertools.cycle([*range(len(kept) - 1), *range(len(kept) - 1, 0, -1)]))
@@ -93,24 +93,29 @@ def by_part(samples, frames):
     return table
 
 
-def page(record):
-    """The table and what follows from it."""
+def section(record):
+    """The table of one width."""
     frames, steps = record["frames"], record["steps"]
     told = lambda value: "-" if value is None else f"{value:.0f}"  # noqa: E731
     rows = [(f"{frames * k // PARTS} to {frames * (k + 1) // PARTS}", told(steps["learning"][k]), told(steps.get("masks", [None] * PARTS)[k])) for k in range(PARTS)]
     last = told(steps.get("overlay and page", [None])[0])
     return (
-        f"# Memory of a long video\n\n`bench/drive/memory_table.py --frames={frames} --profile={record['profile']}`, commit {record['commit']}, {record['date']},\n"
-        f"{record['machine']}. `egosieve run` of {record['video']}, {' x '.join(map(str, record['size']))}, {RATE} pictures per second, played forwards and\n"
-        f"backwards: the most resident memory while these frames were done.\n\n{markdown(['>frames', '>learning, MiB', '>masks and numbers, MiB'], rows)}\n"
+        f"\n## {' x '.join(map(str, record['size']))}\n\n`bench/drive/memory_table.py --width={record['size'][0]} --frames={frames} --profile={record['profile']}`, commit {record['commit']}, {record['date']},\n"
+        f"{record['machine']}. {record['video']}, {RATE} pictures per second.\n\n{markdown(['>frames', '>learning, MiB', '>masks and numbers, MiB'], rows)}\n"
         f"Overlay and page: {last} MiB.\n"
     )
+
+
+def page(records):
+    """All widths' tables."""
+    return "# Memory of a long video\n\n`egosieve run` of a video that is played forwards and backwards: the most resident memory while these frames were done.\n" + "".join(map(section, records))
 
 
 def main():
     """Measures and writes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--video", type=Path, default=DATA / "strangers" / "dashcam_intersection.mp4")
+    parser.add_argument("--width", type=int, default=640, help="of the pictures, pixels")
     parser.add_argument("--frames", type=int, default=4500)
     parser.add_argument("--profile", default="fast")
     parser.add_argument("--minutes", type=float, default=600, help="after which the run is ended; the table is then of what was done")
@@ -119,11 +124,13 @@ def main():
     record = {"video": options.video.name, "profile": options.profile, "frames": options.frames, "commit": commit, "date": str(date.today()), "machine": machine()}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "long.mp4"
-        record["size"] = write_video(pictures(options.video), options.frames, file)
+        record["size"] = write_video(pictures(options.video, options.width), options.frames, file)
         record["steps"] = by_part(run_once(file, Path(folder) / "run", options.profile, options.minutes), options.frames)
-    (RESULTS / "memory.json").write_text(json.dumps(record, indent=1) + "\n")
-    (RESULTS / "memory.md").write_text(page(record))
-    print(page(record), end="")
+    file = RESULTS / "memory.json"
+    others = [other for other in (json.loads(file.read_text()) if file.exists() else []) if other["size"][0] != options.width]
+    file.write_text(json.dumps(records := sorted([*others, record], key=lambda r: -r["size"][0]), indent=1) + "\n")
+    (RESULTS / "memory.md").write_text(page(records))
+    print(section(record), end="")
 
 
 if __name__ == "__main__":
