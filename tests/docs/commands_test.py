@@ -95,6 +95,8 @@ def fault(root, words):
         return fault_of_run(root, words[words.index('./run') + 1:])
     if program == 'egosieve-eval':
         return fault_of_run(root, ['evaluate', *words[1:]])
+    if program == 'egosieve-view':
+        return fault_of_run(root, ['view', *words[1:]])
     if program in ('./run', 'egosieve'):
         return (fault_of_run(root, words[1:]) if program == './run' else fault_of_program(words[1:])) if len(words) > 1 else ''
     if program == 'bazel':
