@@ -12,9 +12,9 @@ from documents import code_lines, commands, documents, inline_code, read, reposi
 
 PROGRAM = os.path.abspath('tools/egosieve')
 # Commands of ./run that are not the program's.
-OWN = ('bag', 'demo', 'evaluate', 'results', 'test', 'bench', 'bench_gpu', 'bench_drive', 'bench_evidence', 'bench_colmap', 'bench_slam', 'slurm_demo', 'install', 'wheel', 'docs', 'setup', 'help')
+OWN = ('bag', 'view', 'demo', 'evaluate', 'results', 'test', 'bench', 'bench_gpu', 'bench_drive', 'bench_live', 'bench_evidence', 'bench_colmap', 'bench_slam', 'slurm_demo', 'install', 'wheel', 'docs', 'setup', 'help')
 # Others' programs, and the shell's own words.
-FOREIGN = ('colmap', 'ns-train', 'docker', 'apptainer', 'cmake', 'cc', 'awk', 'export', 'source', 'clang-format', 'clang-tidy', 'build/kriging')
+FOREIGN = ('colmap', 'ns-train', 'docker', 'apptainer', 'cmake', 'cc', 'awk', 'export', 'source', 'clang-format', 'clang-tidy', 'build/kriging', 'colcon', 'ros2')
 
 
 def without_placeholders(word):
@@ -60,7 +60,7 @@ def fault_of_run(root, words):
         return fault_of_program(words)
     script = read(root, 'run')
     text = {'bench': text_of(root, 'bench'), 'bench_drive': text_of(root, 'bench/drive'),
-            'bench_colmap': text_of(root, 'bench/colmap'), 'bench_slam': text_of(root, 'bench/slam'), 'bag': text_of(root, 'tools/ros'),
+            'bench_live': text_of(root, 'bench/live'), 'bench_colmap': text_of(root, 'bench/colmap'), 'bench_slam': text_of(root, 'bench/slam'), 'bag': text_of(root, 'tools/ros'), 'view': text_of(root, 'tools/view'),
             'evaluate': text_of(root, 'tools/evaluate')}.get(command, script)
     # Google Benchmark's own; its value names one of ours.
     filters = [word.partition('=')[2].rstrip('/') for word in rest if word.startswith('--benchmark_filter=')]
@@ -95,6 +95,8 @@ def fault(root, words):
         return fault_of_run(root, words[words.index('./run') + 1:])
     if program == 'egosieve-eval':
         return fault_of_run(root, ['evaluate', *words[1:]])
+    if program == 'egosieve-view':
+        return fault_of_run(root, ['view', *words[1:]])
     if program in ('./run', 'egosieve'):
         return (fault_of_run(root, words[1:]) if program == './run' else fault_of_program(words[1:])) if len(words) > 1 else ''
     if program == 'bazel':

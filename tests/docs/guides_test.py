@@ -18,7 +18,7 @@ PROGRAM = os.path.abspath('tools/egosieve')
 EVALUATION = os.path.abspath('tools/evaluate/egosieve-eval')
 GUIDES = ('README.md', 'docs/drives.md', 'docs/masks.md', 'docs/masks-recipes.md', 'docs/questions.md', 'docs/scaling.md')
 # How a line of a document that is a command begins.
-COMMAND = re.compile(r'(\./run|egosieve|bazel|colmap|ns-train|tests/\S+|bench/\S+|grep|awk|ffmpeg|cmake|cc|cp|python|for d|export|P=\S+|PYTHONPATH=\S+) ?')
+COMMAND = re.compile(r'(\./run|egosieve|bazel|colcon|ros2|colmap|ns-train|tests/\S+|bench/\S+|grep|awk|ffmpeg|cmake|cc|cp|python|for d|export|P=\S+|PYTHONPATH=\S+) ?')
 # By words of theirs.
 NOT_RUN = {
     'slurm': 'needs a cluster: tests/tools/batch/slurm_test.cc submits to a simulated one',
@@ -26,6 +26,7 @@ NOT_RUN = {
     'AWS_BATCH_JOB_ARRAY_INDEX': 'needs an account',
     'out/live': 'needs a camera: tests/tools/segment/stream_test.cc sends streams',
     'out/bag': 'needs a recording of ROS, and a package from the network',
+    './run view': 'needs a package from the network: tests/tools/view reads what it writes',
     'colmap feature_extractor': 'needs COLMAP: bench/colmap runs it',
     'ns-train': 'needs nerfstudio and a GPU',
     'python train.py': "a program of Gaussian splatting's authors; needs a GPU",
@@ -46,6 +47,8 @@ NOT_RUN = {
     'egosieve-eval RUN': 'needs data outside the repository',
     'P=$HOME': 'the examples: tests/tools/embed/install builds and runs them',
     'cmake -S cpp': 'the same',
+    'colcon build': 'needs ROS 2: tests/tools/embed/ros2 builds and runs the node against a stub',
+    'ros2 run': 'the same',
     'export PKG_CONFIG_PATH': 'the same',
     'cc -std=c99 c/': 'the same',
     'PYTHONPATH=': 'the same',

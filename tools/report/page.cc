@@ -18,6 +18,7 @@
 #include "tools/run_folder/baselines.h"
 #include "tools/run_folder/doubtful_frames.h"
 #include "tools/run_folder/mover_tracks.h"
+#include "tools/run_folder/verdict.h"
 #include "vision/statistics/order_statistics.h"
 
 namespace egosieve::tools {
@@ -70,19 +71,29 @@ Json About(const ReportContent& content) {
                    run.finished_utc.empty() ? "" : ", ended ", run.finished_utc));
   std::map<std::string, int64_t> other_devices;
   Baselines baselines(run);
-  DoubtfulFrames doubtful;
   for (const FrameLine& line : content.lines) {
     if (!line.map_device.empty()) ++other_devices[line.map_device];
     baselines.Add(line);
-    doubtful.Add(line);
   }
   for (const auto& [device, count] : other_devices) {
     say(absl::StrCat("maps made on ", device, ": ", count));
   }
   say(baselines.Describe(), "strong");
   say(run.ended_message, "strong");
-  say(doubtful.Sentence(), "warning");
   return about;
+}
+
+// What `egosieve run` ends with: [word, text, class of the style sheet].
+Json Verdict(const ReportContent& content) {
+  if (content.lines.empty()) return Json::array();
+  const std::string doubt = DoubtLine(content.lines);
+  Json verdict = Json::array();
+  if (!content.tracks.empty()) {
+    verdict.push_back({"Moved", MoversLine(content.tracks, content.lines), ""});
+  }
+  verdict.push_back({"Sure", CertaintyLine(content.tracks, content.lines), ""});
+  verdict.push_back({"Doubtful", doubt, doubt == DoubtLine({}) ? "" : "warning"});
+  return verdict;
 }
 
 // [figure, meaning]
@@ -144,7 +155,7 @@ Json Timeline(const std::string& tracks, const std::vector<FrameLine>& lines) {
   for (const FrameLine& line : lines) {
     if (!DoubtOf(line).empty()) doubtful.push_back(line.index);
   }
-  std::string note = "When each mover was there, by its number. Grey: unreliable frames.";
+  std::string note = "When each mover was there, by its number. Amber: unreliable frames.";
   if (left_out > 0) {
     absl::StrAppend(&note, " ", left_out, " movers that were there shorter are in tracks.csv.");
   }
@@ -153,6 +164,52 @@ Json Timeline(const std::string& tracks, const std::vector<FrameLine>& lines) {
           {"doubtful", RangesOf(doubtful)},
           {"rows", rows},
           {"note", note}};
+}
+
+// numbers: the columns that hold numbers.
+Json Table(std::vector<std::string> head, std::vector<int> numbers, Json rows) {
+  return {{"head", std::move(head)}, {"numbers", std::move(numbers)}, {"rows", std::move(rows)}};
+}
+
+// Unreliable frames that follow each other.
+struct Stretch {
+  const FrameLine* first = nullptr;
+  const FrameLine* last = nullptr;
+  int64_t frames = 0;
+  ReasonKinds reasons;
+};
+
+// The longest kShownRanges stretches, in their order. Null where every frame is reliable.
+Json Doubtful(absl::Span<const FrameLine> lines) {
+  std::vector<Stretch> stretches;
+  bool is_within = false;
+  for (const FrameLine& line : lines) {
+    const std::string doubt = DoubtOf(line);
+    if (!doubt.empty()) {
+      if (!is_within) stretches.emplace_back().first = &line;
+      stretches.back().last = &line;
+      ++stretches.back().frames;
+      stretches.back().reasons.Add(doubt, line.index);
+    }
+    is_within = !doubt.empty();
+  }
+  if (stretches.empty()) return nullptr;
+  const size_t left_out = stretches.size() - std::min(stretches.size(), kShownRanges);
+  std::ranges::stable_sort(stretches, std::greater<>(), &Stretch::frames);
+  stretches.resize(stretches.size() - left_out);
+  std::ranges::sort(stretches, {}, [](const Stretch& stretch) { return stretch.first->index; });
+  Json rows = Json::array();
+  for (const Stretch& stretch : stretches) {
+    rows.push_back(
+        {absl::StrFormat("%.1f to %.1f", stretch.first->time_seconds, stretch.last->time_seconds),
+         absl::StrCat(stretch.first->index, " to ", stretch.last->index), stretch.frames,
+         stretch.reasons.MostFrequentFirst().front().first});
+  }
+  Json section = {
+      {"title", "What is doubtful"},
+      {"table", Table({"seconds", "frames", "count", "most often because"}, {2}, rows)}};
+  if (left_out > 0) section["notes"] = {absl::StrCat(left_out, " shorter stretches are left out.")};
+  return section;
 }
 
 Json Pictures(const ReportContent& content) {
@@ -164,6 +221,7 @@ Json Pictures(const ReportContent& content) {
   }
   return {{"title", "What moves"},
           {"timeline", Timeline(content.tracks, content.lines)},
+          {"portrait", content.description.grid.height > content.description.grid.width},
           {"video", content.video},
           {"notes", content.picture_notes},
           {"pictures", pictures}};
@@ -218,11 +276,6 @@ Json Charts(const ReportContent& content) {
            {"Over the frames' numbers in the input. Drag along a chart to zoom all of them, "
             "double-click to see the whole drive again."}},
           {"charts", charts}};
-}
-
-// numbers: the columns that hold numbers.
-Json Table(std::vector<std::string> head, std::vector<int> numbers, Json rows) {
-  return {{"head", std::move(head)}, {"numbers", std::move(numbers)}, {"rows", std::move(rows)}};
 }
 
 Json MotionModels(absl::Span<const FrameLine> lines) {
@@ -362,6 +415,7 @@ std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges)
 std::string MakeReportPage(const ReportContent& content) {
   const RunDescription& run = content.description;
   Json sections = Json::array();
+  if (Json doubtful = Doubtful(content.lines); !doubtful.is_null()) sections.push_back(doubtful);
   if (!content.pictures.empty() || !content.picture_notes.empty() || !content.tracks.empty()) {
     sections.push_back(Pictures(content));
   }
@@ -373,11 +427,9 @@ std::string MakeReportPage(const ReportContent& content) {
     sections.push_back(MotionModels(content.lines));
   }
   sections.push_back(Flags(run));
-  const Json report = {{"title", Title(run)},
-                       {"ended", run.ended},
-                       {"about", About(content)},
-                       {"tiles", Tiles(content)},
-                       {"sections", sections}};
+  const Json report = {{"title", Title(run)},         {"ended", run.ended},
+                       {"verdict", Verdict(content)}, {"about", About(content)},
+                       {"tiles", Tiles(content)},     {"sections", sections}};
   // Names of files may hold bytes that are not UTF-8; a "<" could end the script element.
   const std::string json = absl::StrReplaceAll(
       report.dump(-1, ' ', false, Json::error_handler_t::replace), {{"<", "\\u003c"}});

@@ -52,7 +52,7 @@
     return element;
   }
 
-  // A row per mover; grey columns are frames that were not learnt from.
+  // A row per mover; amber columns are unreliable frames.
   function drawTimeline(parent, timeline) {
     var box = add(parent, "div", "", "timeline"), size = timeline.last - timeline.first + 1;
     function bar(row, range, colour, title) {
@@ -66,7 +66,7 @@
     timeline.rows.forEach(function (mover) {
       add(box, "span", mover.number);
       var row = add(box, "div");
-      timeline.doubtful.forEach(function (range) { bar(row, range, "#e3e6ea", ""); });
+      timeline.doubtful.forEach(function (range) { bar(row, range, "#f0c060", ""); });
       mover.stays.forEach(function (range) { bar(row, range, mover.colour, mover.number + ": frames " + range[0] + " to " + range[1]); });
     });
     add(box, "span");
@@ -89,6 +89,16 @@
     image.addEventListener("click", function () { show(shown === i ? -1 : i); });
     add(figure, "figcaption", picture.caption);
     figures.push(figure);
+  }
+
+  // A page that was moved without the video, or a browser that cannot decode it, has the link alone.
+  function drawVideo(parent, source) {
+    var video = add(parent, "video");
+    video.controls = true;
+    video.preload = "metadata";
+    video.addEventListener("error", function () { video.remove(); });
+    video.src = source;
+    add(add(parent, "p"), "a", source).href = source;
   }
 
   document.addEventListener("keydown", function (event) {
@@ -194,6 +204,11 @@
   document.title = "Egosieve: " + report.title;
   var main = document.querySelector("main"), header = add(main, "header");
   add(add(header, "h1", report.title + " "), "span", report.ended === "running" ? "not finished" : report.ended, "pill " + report.ended);
+  report.verdict.forEach(function (line) {
+    var row = add(header, "p", "", "verdict " + line[2]);
+    add(row, "b", line[0]);
+    add(row, "span", line[1]);
+  });
   report.about.forEach(function (line) { add(header, "p", line[0], line[1]); });
   var tiles = add(main, "section", "", "tiles");
   report.tiles.forEach(function (tile) {
@@ -204,10 +219,10 @@
   report.sections.forEach(function (section) {
     if (section.title) add(main, "h2", section.title);
     if (section.timeline) drawTimeline(main, section.timeline);
-    if (section.video) add(add(main, "p"), "a", section.video).href = section.video;
+    if (section.video) drawVideo(main, section.video);
     (section.notes || []).forEach(function (note) { add(main, "p", note, "note"); });
     if (section.pictures) {
-      var pictures = add(main, "section", "", "pictures");
+      var pictures = add(main, "section", "", section.portrait ? "pictures portrait" : "pictures");
       section.pictures.forEach(function (picture, i) { drawPicture(pictures, picture, i); });
     }
     if (section.charts) {

@@ -29,7 +29,7 @@ bool IsOwnPath(const std::string& path) {
   static const auto& own = *new std::regex(
       "(run|camera|eval|further|reconstruct)\\.json|frames\\.jsonl|(eval|tracks)\\.csv|"
       "(own_vehicle|fixed_pattern|windscreen|ignored)\\.png|trajectory\\.txt|report\\.html|"
-      "overlay\\.mp4|log/[^/]*\\.jsonl|grid/[0-9]{6,}\\.(prob|std)\\.png|"
+      "overlay\\.mp4|view\\.rrd|log/[^/]*\\.jsonl|grid/[0-9]{6,}\\.(prob|std)\\.png|"
       "full/[0-9]{6,}\\.((prob|std|class)\\.png|objects\\.json)|"
       "(frames|masks|ids|render)/[0-9]{6,}\\.png|model/[0-9]{6,}\\.npz|"
       "plots/(figures\\.json|index\\.html|plot\\.log|(roc|precision_recall|iou_by_threshold|"

@@ -92,14 +92,37 @@ TEST(MakeReportPage, TellsEveryStayOfAMover) {
       "frame,time_seconds,id,left,top,width,height,area,probability,sure\n"
       "1,0.1,7,3,0,9,9,30,0.9,0.5\n2,0.2,7,3,0,9,9,30,0.9,0.5\n"
       "4,0.4,7,3,0,9,9,30,0.9,0.5\n4,0.4,12,3,0,9,9,30,0.9,0.5\n";
-  const auto timeline = ContentsOf(MakeReportPage(content))["sections"][0]["timeline"];
+  const auto sections = ContentsOf(MakeReportPage(content))["sections"];
+  EXPECT_EQ(sections[0]["title"], "What is doubtful");
+  const auto timeline = sections[1]["timeline"];
   EXPECT_EQ(timeline["doubtful"].dump(), "[[0,0]]");
   EXPECT_EQ(timeline["rows"][0]["number"], 7);
   EXPECT_EQ(timeline["rows"][0]["stays"].dump(), "[[1,2],[4,4]]");
   EXPECT_EQ(timeline["rows"][1]["number"], 12);
   EXPECT_EQ(timeline["rows"][1]["stays"].dump(), "[[4,4]]");
   content.tracks = "frame,time_seconds,id\n";
-  EXPECT_TRUE(ContentsOf(MakeReportPage(content))["sections"][0]["timeline"].is_null());
+  EXPECT_TRUE(ContentsOf(MakeReportPage(content))["sections"][1]["timeline"].is_null());
+}
+
+TEST(MakeReportPage, OpensWithTheVerdictAndTheDoubtfulStretches) {
+  ReportContent content;
+  content.lines = Lines(12);
+  for (FrameLine& line : content.lines) {
+    line.index *= 3;  // --skip=2
+    line.time_seconds = 0.1 * line.index;
+  }
+  EXPECT_EQ(ContentsOf(MakeReportPage(content))["verdict"].back().dump(),
+            R"(["Doubtful","no frame",""])");
+  for (const int i : {2, 3, 4, 8}) content.lines[i].doubt = "dark";
+  content.lines[3].doubt = content.lines[4].doubt = "7 of 9 places";
+  content.tracks = "3,0.3,7,3,0,9,9,30,0.9,0.5\n";
+  const auto contents = ContentsOf(MakeReportPage(content));
+  EXPECT_EQ(contents["verdict"][0][1], "1 mover, in 1 of 12 frames: number 7 from 0.3 to 0.3 s");
+  EXPECT_EQ(contents["verdict"][2].dump(),
+            R"(["Doubtful","4 of 12 frames are unreliable, most often: 7 of 9 places","warning"])");
+  const auto rows = contents["sections"][0]["table"]["rows"];
+  EXPECT_EQ(rows[0].dump(), R"(["0.6 to 1.2","6 to 12",3,"7 of 9 places"])");
+  EXPECT_EQ(rows[1].dump(), R"(["2.4 to 2.4","24 to 24",1,"dark"])");
 }
 
 TEST(DescribeRanges, JoinsNeighbours) {
@@ -119,7 +142,7 @@ TEST(MakeReportPage, GroupsReasonsThatDifferInNumbersAlone) {
   }
   content.lines[50].outcome = FrameLine::Outcome::kFailed;
   content.lines[50].reason = "torn";
-  const auto rows = ContentsOf(MakeReportPage(content))["sections"][0]["table"]["rows"];
+  const auto rows = ContentsOf(MakeReportPage(content))["sections"][1]["table"]["rows"];
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0].dump(), R"(["only 100 of 200 features have a match",3000,"100-3099"])");
   EXPECT_EQ(rows[1].dump(), R"(["failed: torn",1,"50"])");
@@ -158,8 +181,8 @@ TEST(MakeReportPage, EscapesWhatComesFromOutside) {
   EXPECT_THAT(page, Not(HasSubstr("</script><b>")));
   EXPECT_THAT(page, HasSubstr("Dygraph"));
   const auto contents = ContentsOf(page);
-  EXPECT_EQ(contents["about"][2][0], "1 of 3 frames is unreliable, most often: <i>9 & 10</i>");
-  EXPECT_EQ(contents["sections"][0]["table"]["rows"][0][0], "<b>7 & 8</b>");
+  EXPECT_EQ(contents["sections"][0]["table"]["rows"][0][3], "<i>9 & 10</i>");
+  EXPECT_EQ(contents["sections"][1]["table"]["rows"][0][0], "<b>7 & 8</b>");
 }
 
 TEST(MakeReportPage, IsSelfContained) {

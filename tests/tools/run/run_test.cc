@@ -12,9 +12,9 @@
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
-#include "tools/run/closing_lines.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/run_folder.h"
+#include "tools/run_folder/verdict.h"
 
 namespace egosieve::tools {
 namespace {

@@ -32,6 +32,7 @@ for file in "$@"; do
     */egosieve.bash) cp "$file" "$tree/share/bash-completion/completions/egosieve" ;;
     *.md) cp "$file" "$tree/share/doc/egosieve/" ;;
     *tools/evaluate/*) mkdir -p "$tree/lib/egosieve/evaluate" && cp "$file" "$tree/lib/egosieve/evaluate/" ;;
+    *tools/view/*) mkdir -p "$tree/lib/egosieve/view" && cp "$file" "$tree/lib/egosieve/view/" ;;
     */libegosieve*.so.* | */libegosieve*.a) cp "$file" "$tree/lib/" ;;
     */debian_python/name) ;;
     */egosieve.libs) gp_libs=$(<"$file") ;;
@@ -54,9 +55,10 @@ done
 find "$tree" -type d -exec chmod 755 {} +
 find "$tree" -type f -exec chmod 644 {} +
 find "$tree/bin" -type f -exec chmod 755 {} +
-if [ -d "$tree/lib/egosieve" ]; then
-  chmod 755 "$tree/lib/egosieve/evaluate/egosieve-eval"
-  ln -s ../lib/egosieve/evaluate/egosieve-eval "$tree/bin/egosieve-eval"
-fi
+for program in "$tree"/lib/egosieve/*/egosieve-*; do
+  [ -e "$program" ] || continue
+  chmod 755 "$program"
+  ln -s "..${program#"$tree"}" "$tree/bin/${program##*/}"
+done
 chmod 755 "$tree"/lib/*.so.*
 tar --create --file="$out" --directory="$tree" --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner .

@@ -21,6 +21,9 @@ Summary: Gaussian processes on OpenCL devices, and the segmentation of moving ob
 License: Apache-2.0
 Requires-Python: >=3.8
 Requires-Dist: numpy
+Provides-Extra: view
+Requires-Dist: rerun-sdk; extra == "view"
+Requires-Dist: opencv-python-headless; extra == "view"
 Description-Content-Type: text/markdown
 
 {description}"""
@@ -38,9 +41,15 @@ import os
 import sys
 from pathlib import Path
 
+FOLDER = Path(__file__).resolve().parent / "egosieve"
+
 
 def main():
-    os.execv(Path(__file__).resolve().parent / "egosieve" / "bin" / "egosieve", ["egosieve", *sys.argv[1:]])
+    os.execv(FOLDER / "bin" / "egosieve", ["egosieve", *sys.argv[1:]])
+
+
+def view():
+    os.execv(sys.executable, [sys.executable, str(FOLDER / "tools" / "view" / "egosieve-view"), *sys.argv[1:]])
 
 
 if __name__ == "__main__":
@@ -58,6 +67,8 @@ def contents_of(archive):
                 files[f"egosieve/{name.name}"] = content
             elif name.parent.name == "lib" and ".so." in name.name:
                 files[f"egosieve/{name.name}"] = content
+            elif name.parts[-2] == "view" or name.match("evaluate/__init__.py") or name.match("evaluate/files.py") or name.match("evaluate/run_folder.py"):
+                files[f"egosieve/tools/{name.parts[-2]}/{name.name}"] = content
             elif name.match("bin/egosieve"):
                 files["egosieve/bin/egosieve"] = content
             elif name.name == "egosieve.pc":
@@ -74,7 +85,7 @@ def write_wheel(archive, folder):
     files[f"{information}/METADATA"] = METADATA.format(version=version, description=description).encode()
     files[f"{information}/WHEEL"] = WHEEL.format(tag=tag).encode()
     files["egosieve_program.py"] = PROGRAM
-    files[f"{information}/entry_points.txt"] = b"[console_scripts]\negosieve = egosieve_program:main\n"
+    files[f"{information}/entry_points.txt"] = b"[console_scripts]\negosieve = egosieve_program:main\negosieve-view = egosieve_program:view\n"
     record = ""
     for name, content in sorted(files.items()):
         digest = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()

@@ -119,8 +119,11 @@ TEST(Program, Runs) {
   const CommandOutcome help = RunClean("/", "'" + InstalledTree() + "/bin/egosieve' --help");
   EXPECT_EQ(help.code, 0) << help.output;
   ExpectOwnLibraries(InstalledTree() + "/bin/egosieve");
-  const CommandOutcome scores = RunClean("/", "'" + InstalledTree() + "/bin/egosieve-eval' --help");
-  EXPECT_EQ(scores.code, 0) << scores.output;
+  for (const char* const script : {"egosieve-eval", "egosieve-view"}) {
+    const CommandOutcome told =
+        RunClean("/", "'" + InstalledTree() + "/bin/" + script + "' --help");
+    EXPECT_EQ(told.code, 0) << told.output;
+  }
 }
 
 TEST(Program, HasItsManualPageCompletionAndSchemas) {
@@ -312,6 +315,12 @@ for item in wheel.infolist(): os.chmod("site/" + item.filename, item.external_at
   ran = RunClean(folder, "python3 -m egosieve_program devices", "PYTHONPATH='" + folder + "/site'");
   EXPECT_EQ(ran.code, 0) << ran.output;
   EXPECT_NE(ran.output.find("reference"), std::string::npos) << ran.output;
+  if (RunClean("/", "python3 -c 'import cv2'").code != 0) return;
+  ran = RunClean(folder, "python3 -c 'import egosieve_program as p; p.view()' none",
+                 "PYTHONPATH='" + folder + "/site'");
+  EXPECT_EQ(ran.code, 3) << ran.output;
+  EXPECT_NE(ran.output.find("egosieve-view: there is no none/run.json"), std::string::npos)
+      << ran.output;
 }
 
 TEST(CMakePackage, KnowsItsComponentsAndVersion) {
