@@ -5,8 +5,9 @@
 
 The Matern 5/2 of problem.py with given hyperparameters, from its points until the mean of 256 queries. "iterative" is
 approximation="iterative", "exact" the model with a factor, "GPyTorch" its conjugate gradients in float64 with the same rank and
-tolerance. "product" stops at half of |y| with rank 1: its seconds by (iterations + 1) are those of one iteration. Each runs in a process of its own, on two cores. Columns: seconds, those of the processors, most memory,
-and the largest difference of the means from those of "exact" at the same size. Writes many_points.md into bench/results.
+tolerance. "product" has rank 1 and the tolerance 0.999: its seconds by (iterations + 1) are those of one iteration. Each
+runs in a process of its own, on two cores. Columns: seconds, those of the processors, most memory, and the largest
+difference of the means from those of "exact" at the same size. Writes many_points.md into bench/results.
 ./run install is run first; GPyTorch is installed by pip into the user's cache folder.
 """
 

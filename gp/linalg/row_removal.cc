@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gp/linalg/aligned_matrix.h"
+#include "gp/linalg/cholesky.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
 
@@ -25,19 +26,6 @@ constexpr int64_t kNarrowRemoval = 16;  // rows
 // If |c2|^2 / c1^2 is below this, the row needs no reflector. It is far below rounding, and far
 // above the values for which v0^2, of the order of its square, underflows and gives 0 / 0.
 constexpr double kNegligibleSquare = 1e-100;
-
-// Dot products and updates of short vectors, written so that they vectorise in a fixed order.
-double Dot(const double* a, const double* b, int64_t n) {
-  double lanes[8] = {};
-  int64_t i = 0;
-  for (; i + 8 <= n; i += 8) {
-    for (int lane = 0; lane < 8; ++lane) lanes[lane] += a[i + lane] * b[i + lane];
-  }
-  double sum = ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) +
-               ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]));
-  for (; i < n; ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 class Removal {
  public:
@@ -163,7 +151,7 @@ class Removal {
     const View t = Block(triangles_.view(), panel, 0, width, width);
     for (int64_t j = 0; j < width; ++j) {
       const double diagonal = c1(j, j);
-      const double square = Dot(c2.row(j), c2.row(j), active);
+      const double square = LaneDot(c2.row(j), c2.row(j), active);
       double tau = 0.0;
       std::fill(v.row(j), v.row(j) + active, 0.0);
       if (square > kNegligibleSquare * diagonal * diagonal) {
@@ -173,7 +161,7 @@ class Removal {
         for (int64_t s = 0; s < active; ++s) v(j, s) = c2(j, s) / v0;
         c1(j, j) = norm;
         for (int64_t i = j + 1; i < width; ++i) {
-          const double w = tau * (c1(i, j) + Dot(c2.row(i), v.row(j), active));
+          const double w = tau * (c1(i, j) + LaneDot(c2.row(i), v.row(j), active));
           c1(i, j) -= w;
           for (int64_t s = 0; s < active; ++s) c2(i, s) -= w * v(j, s);
         }
@@ -185,7 +173,7 @@ class Removal {
   // Column j of T: T_jj = tau_j, T_<j,j = -tau_j T_<j,<j V_<j v_j; zero below the diagonal.
   static void FillTriangleColumn(ConstView v, View t, int64_t j, double tau) {
     double products[kWidePanel];
-    for (int64_t i = 0; i < j; ++i) products[i] = Dot(v.row(i), v.row(j), v.cols);
+    for (int64_t i = 0; i < j; ++i) products[i] = LaneDot(v.row(i), v.row(j), v.cols);
     for (int64_t i = 0; i < j; ++i) {
       double sum = 0.0;
       for (int64_t p = i; p < j; ++p) sum += t(i, p) * products[p];

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "gp/linalg/aligned_matrix.h"
-#include "gp/linalg/tile_operations.h"
+#include "gp/linalg/cholesky.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
@@ -16,21 +16,6 @@ using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
 constexpr int64_t kProductGroup = 128;  // rows of a tile on a thread at a time
-constexpr int64_t kProductLanes = 16;
-
-// Returns row.v; with a target also adds w row to it.
-double MultiplyRow(const double* row, const double* v, int64_t n, double w, double* target) {
-  double lanes[kProductLanes] = {};
-  int64_t j = 0;
-  for (; j + kProductLanes <= n; j += kProductLanes) {
-    for (int64_t l = 0; l < kProductLanes; ++l) lanes[l] += row[j + l] * v[j + l];
-  }
-  double sum = 0.0;
-  for (const double lane : lanes) sum += lane;
-  for (; j < n; ++j) sum += row[j] * v[j];
-  for (j = 0; target != nullptr && j < n; ++j) target[j] += w * row[j];
-  return sum;
-}
 
 // Adds the parts of (KP1) that belong to a tile whose first element is (row, column): its own, and
 // below the diagonal those of its transpose. partial: room for k x columns of each group of rows.
@@ -43,9 +28,13 @@ void AddTile(ConstMatrixView<double> tile, int64_t row, int64_t column, ConstMat
   kernels::ParallelFor(groups, 4.0 * k * tile.rows * tile.cols, [&](int64_t g) {
     const int64_t end = std::min(tile.rows, (g + 1) * kProductGroup);
     for (int64_t i = g * kProductGroup; i < end; ++i) {
+      const double* values = tile.row(i);
       for (int64_t c = 0; c < k; ++c) {
-        out(c, row + i) += MultiplyRow(tile.row(i), v.row(c) + column, tile.cols, v(c, row + i),
-                                       both ? partial.data() + g * room + c * tile.cols : nullptr);
+        out(c, row + i) += LaneDot(values, v.row(c) + column, tile.cols);
+        if (!both) continue;
+        double* target = partial.data() + g * room + c * tile.cols;
+        const double weight = v(c, row + i);
+        for (int64_t j = 0; j < tile.cols; ++j) target[j] += weight * values[j];
       }
     }
   });

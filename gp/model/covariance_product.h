@@ -20,6 +20,8 @@
 
 namespace egosieve::gp {
 
+// Of 512, 1024 and 2048 the one with the least time of processors: 5.4, 4.9 and 5.8 s by
+// bench/peers/many_points.py --methods=product --points=12000 --dimensions=2, on two cores.
 inline constexpr int64_t kProductTile = 1024;
 
 // x: n x D, finite; diagonal: n; v, out: k x n.

@@ -129,8 +129,7 @@ absl::Status IterativeModel::AddObservations(const Observations& added, int64_t 
   PointSet points = points_;
   points.Append(added, time);
   points_ = std::move(points);
-  solution_ = nullptr;
-  start_.clear();
+  Forget();
   return absl::OkStatus();
 }
 
@@ -138,17 +137,15 @@ absl::Status IterativeModel::Remove(absl::Span<const int64_t> rows) {
   EGOSIEVE_RETURN_IF_ERROR(CheckRows(rows, size()));
   if (rows.empty()) return absl::OkStatus();
   points_.Remove(rows);
-  solution_ = nullptr;
-  start_.clear();
+  Forget();
   return absl::OkStatus();
 }
 
 absl::Status IterativeModel::SetHyperparameters(const Hyperparameters& hyperparameters) {
   EGOSIEVE_RETURN_IF_ERROR(CheckReplacement(hyperparameters, size(), input_dimension()));
   EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean("iterative", hyperparameters));
-  hyperparameters_ = Hyperparameters(hyperparameters);
-  solution_ = nullptr;
-  start_.clear();
+  hyperparameters_ = hyperparameters;
+  Forget();
   return absl::OkStatus();
 }
 

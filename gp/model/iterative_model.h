@@ -116,6 +116,12 @@ class IterativeModel {
  private:
   IterativeModel() = default;
 
+  // The weights, after a change.
+  void Forget() {
+    solution_ = nullptr;
+    start_.clear();
+  }
+
   std::shared_ptr<kernels::Context> context_;
   Hyperparameters hyperparameters_;
   IterativeModelOptions options_;

@@ -1,8 +1,9 @@
 // The objects behind an egosieve_gp and an egosieve_posterior.
 //
-// A LearningModel is an exact, a sparse or an iterative model, its calibration, the posterior made from both, and
-// a lock. Changes wait for each other. Posterior() waits for a change in progress, and makes the
-// posterior if the model has changed since the last call. Evaluating a posterior needs no lock.
+// A LearningModel is an exact, a sparse or an iterative model, its calibration, the posterior made
+// from both, and a lock. Changes wait for each other. Posterior() waits for a change in progress,
+// and makes the posterior if the model has changed since the last call. Evaluating a posterior
+// needs no lock.
 #pragma once
 
 #include <cstdint>

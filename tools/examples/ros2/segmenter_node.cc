@@ -19,6 +19,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
@@ -48,9 +49,11 @@ struct Box {
 class SegmenterNode : public rclcpp::Node {
  public:
   SegmenterNode() : Node("egosieve") {
-    options_.profile = declare_parameter<std::string>("profile", "fast") == "fast"
-                           ? egosieve::Profile::kFast
-                           : egosieve::Profile::kDefault;
+    const auto profile = declare_parameter<std::string>("profile", "fast");
+    if (profile != "fast" && profile != "default") {
+      throw std::invalid_argument("profile is '" + profile + "'; it must be fast or default");
+    }
+    options_.profile = profile == "fast" ? egosieve::Profile::kFast : egosieve::Profile::kDefault;
     options_.device = declare_parameter<std::string>("device", "");
     threshold_ = declare_parameter<double>("threshold", 0.5);
     lens_wait_ = declare_parameter<double>("camera_info_seconds", 1.0);
