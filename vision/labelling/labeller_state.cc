@@ -181,7 +181,9 @@ void Walk(Archive& archive, State& state) {
   archive.Plain(state.gap.gap);
   archive.Flag(state.gap.has_parallax);
   archive.Plain(state.gap.log_parallax);
-  archive.Block(state.ground.data(), state.ground.size());
+  archive.Block(state.ground.probabilities.data(), state.ground.probabilities.size());
+  archive.Plain(state.ground.seconds);
+  archive.Plain(state.ground.onward);
   if (!archive.Count(state.moved, sizeof(float))) return;
   archive.Block(state.moved.data(), state.moved.size());
   if (!archive.Count(state.motions, 2 * sizeof(int64_t) + 24 * sizeof(double))) return;

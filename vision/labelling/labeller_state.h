@@ -25,7 +25,7 @@ namespace egosieve::vision {
 
 struct LabellerState {
   GapState gap;
-  GroundSpeed::Probabilities ground = GroundSpeed().probabilities();
+  GroundSpeed::State ground = GroundSpeed().state();
   MovedNodes moved;
   std::vector<KnownMotion> motions;
   EvidenceLabellerState evidence;

@@ -80,7 +80,7 @@ void TrackLabeller::LearnCamera(const ExtractedFrame& frame, LabelOutcome outcom
 std::string TrackLabeller::state() const {
   LabellerState state;
   state.gap = gap_;
-  state.ground = ground_.probabilities();
+  state.ground = ground_.state();
   state.moved = movers_.nodes();
   state.motions = pair_motions_.known();
   state.evidence = evidence_.state();

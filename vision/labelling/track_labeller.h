@@ -138,8 +138,10 @@ class TrackLabeller : public FrameLabeller {
                                 LabellingTimes& times);
   Pinhole Camera(cv::Size size) const;
   // Updates the speed of the ground. back: the motion from `frame` to `before`; null: not known.
+  // speed: by the places that flow follows, heights per second; 0: not known.
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
-                     const TwoViewMotion* back, const View& far, const Pictures& ahead);
+                     const TwoViewMotion* back, const View& far, const Pictures& ahead,
+                     double speed);
   // Adds pictures before the last of `pictures`, which is of the frame before `frame`, as far as
   // the motions between them are known and there are fewer than for a frame with pictures ahead.
   void AddEarlier(const ExtractedFrame& frame, std::vector<GroundPicture>& pictures) const;
@@ -148,9 +150,8 @@ class TrackLabeller : public FrameLabeller {
   // not be found.
   void MarkUnbounded(const ExtractedFrame& frame, const TwoViewMotion& back, const Outlook& outlook,
                      std::vector<TrackedPoint>& points);
-  // Replaces the motion's ground bound if the speed of the ground over the drive gives a better
-  // one.
-  void BoundGround(const ExtractedFrame& a, const ExtractedFrame& b, TwoViewMotion& motion) const;
+  // Sets the motion's ground by its speed over the drive, if that is known. seconds: of the pair.
+  void BoundGround(double seconds, TwoViewMotion& motion) const;
   // The three above for the pair of `first`, which may be null, and `frame`.
   void UseGround(const ExtractedFrame& before, const ExtractedFrame* first,
                  const ExtractedFrame& frame, const Pictures& ahead, int gap, Sight& sight,

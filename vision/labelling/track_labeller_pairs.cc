@@ -124,7 +124,6 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
 
 constexpr uint64_t kGeometryStep = 1;
 constexpr int kNoGap = 1 << 20;        // longer than any track
-constexpr double kLeastOfSpeed = 0.5;  // of the slope expected from the speed of the ground
 // Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their
 // mean, also holds reflections, which change within half a second.
 constexpr int kGroundPictures = 5;
@@ -168,7 +167,7 @@ void TrackLabeller::AddEarlier(const ExtractedFrame& frame,
 
 void TrackLabeller::ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
                                   const TwoViewMotion* back, const View& far,
-                                  const Pictures& ahead) {
+                                  const Pictures& ahead, double speed) {
   const double seconds = frame.frame.time_seconds - before.frame.time_seconds;
   if (!travel().IsOfVehicle() || !(seconds > 0.0)) return;
   GroundSearchView view;
@@ -190,7 +189,7 @@ void TrackLabeller::ObserveGround(const ExtractedFrame& before, const ExtractedF
     view.pictures.push_back({before.grey, -seconds, back->rotation});
     AddEarlier(frame, view.pictures);
   }
-  ground_.Advance(seconds, LikelihoodOfSpeeds(view));
+  ground_.Advance(seconds, {LikelihoodOfSpeeds(view), speed});
 }
 
 void TrackLabeller::MarkUnbounded(const ExtractedFrame& frame, const TwoViewMotion& back,
@@ -224,15 +223,11 @@ void TrackLabeller::MarkUnbounded(const ExtractedFrame& frame, const TwoViewMoti
   }
 }
 
-void TrackLabeller::BoundGround(const ExtractedFrame& a, const ExtractedFrame& b,
-                                TwoViewMotion& motion) const {
-  const double seconds = std::abs(b.frame.time_seconds - a.frame.time_seconds);
-  const double heights = ground_.Low() * seconds, slope = SlopeOfHeights(heights);
-  // A slope far below the expected one belongs to something else, such as traffic on the road.
-  if (slope > 0.0 && (slope < motion.ground_slope || motion.ground_slope < kLeastOfSpeed * slope)) {
-    motion.ground_slope = slope;
-    motion.ground_heights = heights;
-  }
+void TrackLabeller::BoundGround(double seconds, TwoViewMotion& motion) const {
+  const double heights = ground_.Low() * seconds;
+  if (!(heights > 0.0)) return;
+  motion.ground_slope = SlopeOfHeights(heights);
+  motion.ground_heights = heights;
 }
 
 absl::StatusOr<Outlook> TrackLabeller::OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
@@ -326,11 +321,21 @@ void TrackLabeller::UseGround(const ExtractedFrame& before, const ExtractedFrame
   auto& [behind, world, outlook] = sight;
   const TwoViewMotion to_before = gap > 1 ? behind.motion : Inverse(world);
   const bool is_known = gap > 1 ? behind.frame != nullptr : world.found;
-  ObserveGround(before, frame, is_known ? &to_before : nullptr, outlook.far, ahead);
-  if (first != nullptr) BoundGround(*first, frame, world);
+  std::vector<std::pair<double, TwoViewMotion*>> motions;  // with their times, seconds
+  const double now = frame.frame.time_seconds;
+  if (first != nullptr) motions.emplace_back(now - first->frame.time_seconds, &world);
   for (View* view : {&behind, &outlook.near, &outlook.far}) {
-    if (view->frame != nullptr) BoundGround(frame, *view->frame, view->motion);
+    if (view->frame == nullptr) continue;
+    motions.emplace_back(std::abs(view->frame->frame.time_seconds - now), &view->motion);
   }
+  double longest = 0.0, speed = 0.0;
+  for (const auto& [seconds, motion] : motions) {
+    if (!(motion->ground_heights > 0.0 && seconds > longest)) continue;
+    longest = seconds;
+    speed = motion->ground_heights / seconds;
+  }
+  ObserveGround(before, frame, is_known ? &to_before : nullptr, outlook.far, ahead, speed);
+  for (const auto& [seconds, motion] : motions) BoundGround(seconds, *motion);
   if (world.ground_slope > 0.0 || behind.motion.ground_slope > 0.0 || outlook.knows_ground()) {
     MarkUnbounded(frame, Inverse(world), outlook, points);
   }
@@ -379,6 +384,7 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
     const TwoViewMotion* motion = model.trusted ? &world : nullptr;
     result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},
                          points, camera);
+    ground_.SetOnward(result.step.onward);
   }
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();

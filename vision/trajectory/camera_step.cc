@@ -15,9 +15,7 @@ using Eigen::Vector3d;
 constexpr int kFewestSharedPlaces = 20;
 constexpr double kMeasurable = 3.0;     // least measurable parallax, in deviations
 constexpr double kMostOnward = 1.5;     // bounds of (CS2): this and its inverse
-constexpr double kOnwardError = 0.05;   // deviation of the logarithm of (CS2)
 constexpr double kUnknownOnward = 0.1;  // of the change of log length without (CS2)
-constexpr double kGroundError = 0.15;   // of the log length by the ground
 constexpr double kFirstError = 1e3;     // of the log of the first length
 
 // Exact inverse depth, in units of 1 / |t|, and its deviation. Deviation 0: the point moves.

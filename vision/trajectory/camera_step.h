@@ -29,6 +29,9 @@
 
 namespace egosieve::vision {
 
+inline constexpr double kOnwardError = 0.05;  // deviation of the logarithm of (CS2)
+inline constexpr double kGroundError = 0.15;  // of the logarithm of a length by the ground
+
 // X_k = R X_(k-1) + t, from the previous picture to this one.
 struct CameraStep {
   bool known = false;

@@ -35,40 +35,100 @@ TEST(GroundSpeed, IsNotKnownBeforeAPictureShowsIt) {
 
 TEST(GroundSpeed, IsFoundFromPicturesThatAgree) {
   GroundSpeed ground;
-  for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, Seen(10.0, 0.2));
+  for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, {Seen(10.0, 0.2)});
   EXPECT_LE(ground.Low(), 10.0);
   EXPECT_GE(ground.Low(), 8.0);
+}
+
+TEST(GroundSpeed, IsFoundBySlopesWherePicturesShowNothing) {
+  GroundSpeed ground;
+  for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, {{}, 10.0});
+  EXPECT_LE(ground.Low(), 10.0);
+  EXPECT_GE(ground.Low(), 8.0);
+}
+
+TEST(GroundSpeed, OneSlopeOfTrafficIsNotTheGround) {
+  GroundSpeed ground;
+  for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, {Seen(10.0, 0.2), 10.0});
+  const double before = ground.Low();
+  ground.Advance(kSeconds, {Seen(10.0, 0.2), 3.0});
+  EXPECT_NEAR(ground.Low(), before, 0.5);
+}
+
+// Every third picture shows lane marks, one of them at an alias of the speed.
+TEST(GroundSpeed, OutlastsPicturesThatShowNoGround) {
+  GroundSpeed ground;
+  for (int k = 0; k < 30; ++k) {
+    ground.Advance(kSeconds, {k % 3 > 0 ? SpeedLikelihood{} : Seen(k == 15 ? 30.0 : 10.0, 0.2)});
+  }
+  EXPECT_LE(ground.Low(), 10.5);
+  EXPECT_GE(ground.Low(), 7.5);
 }
 
 TEST(GroundSpeed, FollowsBraking) {
   GroundSpeed ground;
   double speed = 12.0;
-  for (int k = 0; k < 40; ++k, speed -= 0.2) ground.Advance(kSeconds, Seen(speed, 0.2));
+  for (int k = 0; k < 40; ++k, speed -= 0.2) ground.Advance(kSeconds, {Seen(speed, 0.2)});
   EXPECT_LE(ground.Low(), 1.1 * speed);
   EXPECT_GE(ground.Low(), 0.6 * speed);
 }
 
+// The pictures come at different intervals, and only the static scene shows that the camera brakes.
+TEST(GroundSpeed, FollowsTheScaleOfTheScene) {
+  GroundSpeed ground;
+  double speed = 10.0, before = kSeconds;
+  for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, {Seen(speed, 0.2)});
+  GroundSpeed alone = ground;
+  for (int k = 0; k < 12; ++k) {
+    const double seconds = k % 2 == 0 ? kSeconds : 2.0 * kSeconds;
+    ground.SetOnward(0.975 * seconds / before);
+    ground.Advance(seconds, {});
+    alone.Advance(seconds, {});
+    speed *= 0.975;
+    before = seconds;
+  }
+  EXPECT_LE(ground.Low(), speed);
+  EXPECT_GE(ground.Low(), 0.7 * speed);
+  EXPECT_EQ(alone.Low(), 0.0) << "without it nothing is known any more";
+}
+
 TEST(GroundSpeed, IsForgottenWhereNothingShowsIt) {
   GroundSpeed ground;
-  for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, Seen(10.0, 0.2));
+  for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, {Seen(10.0, 0.2)});
   ASSERT_GT(ground.Low(), 0.0);
   for (int k = 0; k < 30; ++k) ground.Advance(kSeconds, {});
   EXPECT_EQ(ground.Low(), 0.0);
 }
 
-TEST(GroundSpeed, TakesOnlyProbabilities) {
+TEST(GroundSpeed, StaysFiniteBeyondItsRange) {
   GroundSpeed ground;
-  for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, Seen(10.0, 0.2));
+  for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, {Seen(kGreatestSpeed, 0.1)});
+  for (int k = 0; k < 10; ++k) {
+    ground.SetOnward(1.5);
+    ground.Advance(0.01, {Seen(kGreatestSpeed, 0.1)});
+  }
+  EXPECT_GT(ground.Low(), 0.8 * kGreatestSpeed);
+}
+
+TEST(GroundSpeed, TakesOnlyValidStates) {
+  GroundSpeed ground;
+  for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, {Seen(10.0, 0.2)});
+  ground.SetOnward(0.9);
   GroundSpeed other;
-  EXPECT_TRUE(other.Restore(ground.probabilities()));
+  ASSERT_TRUE(other.Restore(ground.state()));
   EXPECT_EQ(other.Low(), ground.Low());
-  GroundSpeed::Probabilities wrong = ground.probabilities();
-  wrong[3] += 0.5;
+  GroundSpeed::State wrong = ground.state();
+  wrong.probabilities[3] += 0.5;
   EXPECT_FALSE(other.Restore(wrong));
-  wrong = ground.probabilities();
-  wrong[3] = std::nan("");
+  wrong = ground.state();
+  wrong.probabilities[3] = std::nan("");
   EXPECT_FALSE(other.Restore(wrong));
-  EXPECT_EQ(other.Low(), ground.Low());
+  wrong = ground.state();
+  wrong.onward = std::nan("");
+  EXPECT_FALSE(other.Restore(wrong));
+  ground.Advance(kSeconds, {});
+  other.Advance(kSeconds, {});
+  EXPECT_EQ(other.Low(), ground.Low()) << "the scale is part of the state";
 }
 
 constexpr double kSlope = 0.3;
