@@ -123,7 +123,7 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
 }
 
 constexpr uint64_t kGeometryStep = 1;
-constexpr int kNoGap = 1 << 20;        // longer than any track
+constexpr int kNoGap = 1 << 20;  // longer than any track
 // Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their
 // mean, also holds reflections, which change within half a second.
 constexpr int kGroundPictures = 5;
@@ -166,8 +166,8 @@ void TrackLabeller::AddEarlier(const ExtractedFrame& frame,
 }
 
 void TrackLabeller::ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
-                                  const TwoViewMotion* back, const View& far,
-                                  const Pictures& ahead, double speed) {
+                                  const TwoViewMotion* back, const View& far, const Pictures& ahead,
+                                  double speed) {
   const double seconds = frame.frame.time_seconds - before.frame.time_seconds;
   if (!travel().IsOfVehicle() || !(seconds > 0.0)) return;
   GroundSearchView view;

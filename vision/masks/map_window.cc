@@ -137,11 +137,9 @@ absl::Status LinkFrames(std::vector<WindowFrame>& frames) {
     absl::StatusOr<FlowPair> flow = ComputeFlow(first, second, FlowQuality::kMedium);
     statuses[i] = flow.status();
     if (!flow.ok()) return;
-    const FlowPair estimated = {flow->forward.clone(), flow->backward.clone()};
     GrowFlow(first, second, {}, *flow);
     if (!ShowOneScene(*flow, first, second)) return;
     now.flow = *std::move(flow);
-    now.estimated = estimated;
     now.errors = ReturnErrorsOf(now.flow);
   });
   for (const absl::Status& status : statuses) EGOSIEVE_RETURN_IF_ERROR(status);

@@ -44,8 +44,8 @@ struct WindowFrame {
   cv::Mat3b small;     // at working resolution (edge_refinement.h), like all fields below
   cv::Mat1f log_odds;  // of the map
   bool has_map = true;
-  FlowPair flow;           // from the previous frame to this one; empty: not linked
-  FlowPair estimated;      // `flow` before growth (vision/features/flow_growth.h)
+  // From the previous frame to this one, grown (vision/features/flow_growth.h); empty: not linked.
+  FlowPair flow;
   ReturnErrors errors;     // of `flow`
   bool is_linked = false;  // LinkFrames has processed the frame
 };

@@ -53,7 +53,7 @@ struct MoverTrackerOptions {
 struct TrackedFrame {
   double time_seconds = 0.0;
   cv::Mat3b image;
-  FlowPair flow;  // from the previous frame to this one, without growth; empty: none
+  FlowPair flow;  // from the previous frame to this one; empty: none
 };
 
 class MoverTracker {

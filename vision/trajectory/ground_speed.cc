@@ -14,7 +14,7 @@ constexpr double kAcceleration = 2.3;  // heights per second^2: braking at 3 m/s
 constexpr double kShown = 0.5;
 constexpr double kFrameCorrelation = 2.0;
 constexpr double kLeastDeviation = 0.3;  // of a change, in steps of the state
-constexpr double kMostDeviation = 0.25;  // of the logarithm of a known speed
+constexpr double kMostDeviation = 0.5;   // of the logarithm of a known speed
 
 double RangeOfLog() { return std::log(kGreatestSpeed / kLeastSpeed); }
 double StepOfLog() { return RangeOfLog() / (kSpeeds - 1); }

@@ -73,7 +73,8 @@ TEST(GroundSpeed, FollowsBraking) {
   EXPECT_GE(ground.Low(), 0.6 * speed);
 }
 
-// The pictures come at different intervals, and only the static scene shows that the camera brakes.
+// The pictures come at different intervals, and only the static scene shows that the camera gets
+// faster.
 TEST(GroundSpeed, FollowsTheScaleOfTheScene) {
   GroundSpeed ground;
   double speed = 10.0, before = kSeconds;
@@ -81,22 +82,22 @@ TEST(GroundSpeed, FollowsTheScaleOfTheScene) {
   GroundSpeed alone = ground;
   for (int k = 0; k < 12; ++k) {
     const double seconds = k % 2 == 0 ? kSeconds : 2.0 * kSeconds;
-    ground.SetOnward(0.975 * seconds / before);
+    ground.SetOnward(1.03 * seconds / before);
     ground.Advance(seconds, {});
     alone.Advance(seconds, {});
-    speed *= 0.975;
+    speed *= 1.03;
     before = seconds;
   }
   EXPECT_LE(ground.Low(), speed);
   EXPECT_GE(ground.Low(), 0.7 * speed);
-  EXPECT_EQ(alone.Low(), 0.0) << "without it nothing is known any more";
+  EXPECT_LT(alone.Low(), 8.0) << "without it less is known";
 }
 
 TEST(GroundSpeed, IsForgottenWhereNothingShowsIt) {
   GroundSpeed ground;
   for (int k = 0; k < 10; ++k) ground.Advance(kSeconds, {Seen(10.0, 0.2)});
   ASSERT_GT(ground.Low(), 0.0);
-  for (int k = 0; k < 30; ++k) ground.Advance(kSeconds, {});
+  for (int k = 0; k < 60; ++k) ground.Advance(kSeconds, {});
   EXPECT_EQ(ground.Low(), 0.0);
 }
 
