@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3930'6c62'616c'6765;  // "egalbl09"
+constexpr uint64_t kMagic = 0x3031'6c62'616c'6765;  // "egalbl10"
 
 // Walk() is used for both directions: with a Writer it appends the state to bytes, with a Reader it
 // sets the state from bytes.
