@@ -227,7 +227,9 @@ void TrackLabeller::BoundGround(double seconds, TwoViewMotion& motion) const {
   const double heights = ground_.Low() * seconds;
   if (!(heights > 0.0)) return;
   motion.ground_slope = SlopeOfHeights(heights);
-  motion.ground_heights = heights;
+  // Where the pair's own places agree with the speed, they know better how the ground lies.
+  const double difference = std::abs(std::log(motion.ground_heights / heights));
+  if (!(difference < 2.0 * kGroundError)) motion.ground_heights = heights;
 }
 
 absl::StatusOr<Outlook> TrackLabeller::OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
