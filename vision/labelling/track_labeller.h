@@ -151,6 +151,7 @@ class TrackLabeller : public FrameLabeller {
   void MarkUnbounded(const ExtractedFrame& frame, const TwoViewMotion& back, const Outlook& outlook,
                      std::vector<TrackedPoint>& points);
   // Sets the motion's ground by its speed over the drive, if that is known. seconds: of the pair.
+  // ground_heights stays what the pair shows where the two agree.
   void BoundGround(double seconds, TwoViewMotion& motion) const;
   // The three above for the pair of `first`, which may be null, and `frame`.
   void UseGround(const ExtractedFrame& before, const ExtractedFrame* first,

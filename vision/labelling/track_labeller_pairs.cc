@@ -33,8 +33,6 @@
 namespace egosieve::vision {
 namespace {
 
-// The camera's step from the frame before.
-
 // Motions of a frame to the pictures near it.
 struct FrameViews {
   int64_t index_before = 0, index = 0;   // in the input: of the frame before and of this one

@@ -287,7 +287,7 @@ TEST(CausalGround, ItsSpeedIsThatOfTheCamera) {
                          kPicturesPerSecond / from.centre.z();
     if (!(speed.Low() > 0.0)) continue;
     ++known;
-    // A deviation of at most 0.25 lower; speeds are 0.073 apart. All in the logarithm.
+    // One deviation lower; speeds are 0.073 apart in the logarithm.
     EXPECT_GT(speed.Low(), 0.7 * truth) << k;
     EXPECT_LT(speed.Low(), 1.1 * truth) << k;
   }
