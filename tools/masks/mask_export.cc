@@ -159,7 +159,6 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
   }
   std::vector<std::string> images;
   for (int64_t i = 0; i < source.expected_frame_count(); ++i) images.push_back(result.ImageName(i));
-  EGOSIEVE_RETURN_IF_ERROR(result.CheckTargets());
   cv::Size size(result.input_.width_pixels, result.input_.height_pixels);
   if (!result.files_.empty()) {
     const absl::StatusOr<StoredPicture> first = ReadStoredPicture(result.files_.front());
@@ -180,6 +179,7 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
   } else if (!options.transforms.empty()) {
     return absl::InvalidArgumentError("--transforms belongs to --for=nerfstudio; leave it out");
   }
+  EGOSIEVE_RETURN_IF_ERROR(result.CheckTargets());
   return result;
 }
 
@@ -190,6 +190,9 @@ std::vector<std::string> MaskExport::Targets(int64_t index) const {
   if (!mask.empty()) targets.push_back(AbsolutePath(absl::StrCat(options_.out, "/", mask)));
   if (!options_.frames.empty()) {
     targets.push_back(AbsolutePath(absl::StrCat(options_.frames, "/", image)));
+  }
+  for (const int by : Reductions()) {
+    targets.push_back(AbsolutePath(absl::StrCat(options_.out, "/", ReducedMaskFile(image, by))));
   }
   return targets;
 }
@@ -276,8 +279,12 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
   for (const std::string& target : target_folders_) kernels::RemoveAbandonedTemporaries(target);
   EGOSIEVE_RETURN_IF_ERROR(Mark(folder));
   std::set<std::string> named;
+  int64_t without_camera = 0;
   for (const auto& [index, line] : chosen) {
-    if (undistortion_ && !undistortion_->Holds(ImageName(index))) continue;
+    if (undistortion_ && !undistortion_->Holds(ImageName(index))) {
+      ++without_camera;
+      continue;
+    }
     named.insert(ImageName(index));
     if (IsWritten(index)) {
       ++written_;
@@ -297,11 +304,16 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
           left_out, " frames of transforms.json have no mask and are not in its copy"));
     }
   }
-  const int64_t lacking = static_cast<int64_t>(files_.size()) - static_cast<int64_t>(named.size());
+  if (without_camera > 0) {
+    warnings_.push_back(absl::StrCat("COLMAP's models have ", named.size(), " of the pictures; ",
+                                     without_camera, " others have no mask"));
+  }
+  const int64_t lacking =
+      static_cast<int64_t>(files_.size()) - static_cast<int64_t>(named.size()) - without_camera;
   if (lacking > 0) {
-    warnings_.push_back(absl::StrCat(
-        lacking, " of ", files_.size(), " pictures have no mask: the run does not hold them, ",
-        undistortion_ ? "COLMAP's model lacks them, " : "", "or they could not be read"));
+    warnings_.push_back(absl::StrCat(lacking, " of ", files_.size(),
+                                     " pictures have no mask: the run does not hold them, or they "
+                                     "could not be read"));
   }
   std::error_code error;
   fs::remove(MarkPath(options_), error);
@@ -372,6 +384,9 @@ absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& li
   if (undistortion_) EGOSIEVE_RETURN_IF_ERROR(undistortion_->Apply(frame));
   if (options_.invert) frame.masked = frame.masked == 0;
   EGOSIEVE_RETURN_IF_ERROR(writer_.Write(frame));
+  for (const int by : Reductions()) {
+    EGOSIEVE_RETURN_IF_ERROR(writer_.WriteReduced(frame, by));
+  }
   if (!options_.frames.empty()) {
     EGOSIEVE_RETURN_IF_ERROR(WritePicture(frame.image, file, frame.picture));
   }

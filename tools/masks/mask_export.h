@@ -71,6 +71,9 @@ class MaskExport {
   }
   // Checks that every file to write lies in its folder, and that no two are the same.
   absl::Status CheckTargets();
+  std::vector<int> Reductions() const {
+    return transforms_ ? transforms_->reductions() : std::vector<int>();
+  }
   // The files of a picture.
   std::vector<std::string> Targets(int64_t index) const;
   // Checks that the format has room for the movers' numbers.

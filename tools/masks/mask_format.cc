@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 
@@ -18,6 +19,8 @@ constexpr MaskFormatRow kRows[] = {
     {"opensfm", MaskedPixel::kBlack, true, "{image}.png"},
     {"lichtfeld", MaskedPixel::kBlack, true, "{name}.png"},
     {"postshot", MaskedPixel::kWhite, true, "{name}.png"},
+    {"metashape", MaskedPixel::kBlack, true, "{name}_mask.png"},
+    {"realityscan", MaskedPixel::kBlack, true, "{image}.mask.png"},
     {"gaussian-splatting", MaskedPixel::kTransparent, true, "{image}"},
     {"davis", MaskedPixel::kNumber, false, "{name}.png"},
     {"coco", MaskedPixel::kNumber, false, ""},
@@ -63,6 +66,10 @@ std::string MaskFile(MaskFormat format, const std::string& image, int64_t index,
                                                   {"{stem}", stem},
                                                   {"{sequence}", sequence},
                                                   {"{index}", absl::StrFormat("%06d", index)}});
+}
+
+std::string ReducedMaskFile(const std::string& image, int by) {
+  return absl::StrCat("masks_", by, "/", std::filesystem::path(image).filename().string(), ".png");
 }
 
 }  // namespace egosieve::tools

@@ -3,10 +3,13 @@
 //   plain               NAME.png             255 moving, 0 static
 //   colmap              IMAGE.png            0 ignored, 255 used: ImageReader.mask_path
 //   nerfstudio          masks/IMAGE.png      as colmap; transforms.json: a copy with mask_path
+//                       masks_N/FILE.png     of the pictures images_N/FILE, reduced by N
 //   instant-ngp         dynamic_mask_NAME.png    255 ignored; must lie next to the pictures
 //   opensfm             IMAGE.png            0 ignored, 255 used
 //   lichtfeld           NAME.png             0 ignored, 255 used: its mask mode "ignore"
 //   postshot            NAME.png             255 ignored, 0 used: its mask mode "Remove Occluders"
+//   metashape           NAME_mask.png        0 ignored, 255 used: template "{filename}_mask.png"
+//   realityscan         IMAGE.mask.png       0 ignored, 255 used: its image layer "mask"
 //   gaussian-splatting  IMAGE                the picture, alpha 0 where ignored; always PNG data,
 //                                            whatever its name, because JPEG has no alpha
 //   davis               NAME.png             palette; the mover's number, 0 background
@@ -14,7 +17,7 @@
 //   mots                SEQ/NNNNNN.png, SEQ.txt    1000 class + number
 //
 // IMAGE is the picture's name relative to the input, with folders (NameInside); NAME is the same
-// without its extension; SEQ is the input's name. Pictures of a video are NNNNNN.png, starting at
+// without its extension, FILE without its folders; SEQ is the input's name. Pictures of a video are NNNNNN.png, starting at
 // 000000.png.
 #pragma once
 
@@ -36,6 +39,8 @@ enum class MaskFormat {
   kOpenSfm,
   kLichtfeld,
   kPostshot,
+  kMetashape,
+  kRealityScan,
   kGaussianSplatting,
   kDavis,
   kCoco,
@@ -73,5 +78,8 @@ std::string NameInside(const std::string& image);
 // The mask file of an image, relative to the folder of the masks; empty for kCoco.
 std::string MaskFile(MaskFormat format, const std::string& image, int64_t index,
                      const std::string& sequence);
+
+// nerfstudio's mask file of an image that is reduced by `by`.
+std::string ReducedMaskFile(const std::string& image, int by);
 
 }  // namespace egosieve::tools

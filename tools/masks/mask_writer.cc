@@ -2,6 +2,7 @@
 
 #include <png.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -89,7 +90,7 @@ absl::Status MaskWriter::Write(const MaskedFrame& frame) {
   }
   if (format_ == MaskFormat::kDavis) {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePalettePng(cv::Mat1b(frame.numbers)));
-    return WriteFile(frame, png);
+    return WriteFile(MaskFile(format_, frame.image, frame.index, sequence_), png);
   }
   cv::Mat image;
   switch (RowOf(format_).masked) {
@@ -111,12 +112,19 @@ absl::Status MaskWriter::Write(const MaskedFrame& frame) {
       break;
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(image));
-  return WriteFile(frame, png);
+  return WriteFile(MaskFile(format_, frame.image, frame.index, sequence_), png);
 }
 
-absl::Status MaskWriter::WriteFile(const MaskedFrame& frame, const std::string& bytes) const {
-  const std::filesystem::path path =
-      std::filesystem::path(folder_) / MaskFile(format_, frame.image, frame.index, sequence_);
+absl::Status MaskWriter::WriteReduced(const MaskedFrame& frame, int by) const {
+  const cv::Size size(std::max(frame.masked.cols / by, 1), std::max(frame.masked.rows / by, 1));
+  cv::Mat1f share;
+  cv::resize(cv::Mat1f(frame.masked), share, size, 0, 0, cv::INTER_AREA);
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(share == 0.0F));
+  return WriteFile(ReducedMaskFile(frame.image, by), png);
+}
+
+absl::Status MaskWriter::WriteFile(const std::string& name, const std::string& bytes) const {
+  const std::filesystem::path path = std::filesystem::path(folder_) / name;
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(path.parent_path().string()));
   return WriteFileAtomically(path.string(), bytes);
 }

@@ -29,11 +29,13 @@ class MaskWriter {
 
   // Numbers are at most LargestNumber.
   absl::Status Write(const MaskedFrame& frame);
+  // ReducedMaskFile, whose pixels are masked where any of those that they show is.
+  absl::Status WriteReduced(const MaskedFrame& frame, int by) const;
   // Writes files that concern all frames, except transforms.json.
   absl::Status Finish();
 
  private:
-  absl::Status WriteFile(const MaskedFrame& frame, const std::string& bytes) const;
+  absl::Status WriteFile(const std::string& name, const std::string& bytes) const;
   void AddAnnotations(const MaskedFrame& frame);
   void AddRows(const MaskedFrame& frame);
 

@@ -26,9 +26,15 @@ namespace egosieve::tools {
 namespace {
 
 // How to use the masks in `out` for pictures in `images`; empty if that needs no explanation.
-std::string HowToUse(MaskFormat format, const std::string& images, const std::string& out) {
-  switch (format) {
+std::string HowToUse(const MaskExportOptions& options, const std::string& images) {
+  const std::string& out = options.out;
+  switch (options.format) {
     case MaskFormat::kColmap:
+      if (!options.undistort.empty()) {
+        return absl::StrCat("colmap stereo_fusion --workspace_path=", options.undistort,
+                            " --output_path=", options.undistort,
+                            "/fused.ply --StereoFusion.mask_path=", out, "\n");
+      }
       return absl::StrCat("colmap feature_extractor --database_path=DATABASE --image_path=", images,
                           " --ImageReader.mask_path=", out, " --ImageReader.single_camera=1\n");
     case MaskFormat::kNerfstudio:
@@ -37,6 +43,11 @@ std::string HowToUse(MaskFormat format, const std::string& images, const std::st
       return "instant-ngp finds them next to the pictures that transforms.json names\n";
     case MaskFormat::kGaussianSplatting:
       return absl::StrCat("train.py --source_path=SCENE --images=", AbsolutePath(out), "\n");
+    case MaskFormat::kMetashape:
+      return absl::StrCat(
+          "Metashape: Import Masks, From File, template {filename}_mask.png, folder ", out, "\n");
+    case MaskFormat::kRealityScan:
+      return "RealityScan finds them next to the pictures\n";
     default:
       return "";
   }
@@ -159,7 +170,7 @@ class MasksRun {
     const std::string images = !flags_.options.frames.empty()                ? flags_.options.frames
                                : std::filesystem::is_directory(input, error) ? input
                                                                              : "IMAGES";
-    absl::StrAppend(&text, HowToUse(flags_.options.format, images, flags_.options.out));
+    absl::StrAppend(&text, HowToUse(flags_.options, images));
     nlohmann::ordered_json fields = {
         {"folder", flags_.options.out}, {"run", flags_.run}, {"images", output.images()}};
     flags_.result.Tell("masks", fields, text);

@@ -90,8 +90,9 @@ void MasksFlags::AddFlags(CLI::App& app) {
        passed);
   pass("--times", "FILE", "The times of the images, one per line", passed);
   pass("--camera", "FILE",
-       "The focal length: a run's camera.json, COLMAP's cameras.txt, or a file of one's own with "
-       "focal_pixels, width and height",
+       "The lens: a run's camera.json, JSON of focal_pixels, width and height, COLMAP's "
+       "cameras.txt, "
+       "or YAML of ROS or Kalibr",
        passed);
   pass("--ignore", "IMAGE", "Nothing moves where this image of the frames' size is not black",
        passed);

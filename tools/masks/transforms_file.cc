@@ -1,10 +1,13 @@
 #include "tools/masks/transforms_file.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "absl/strings/strip.h"
 #include "kernels/base/status_macros.h"
 #include "tools/masks/mask_format.h"
 #include "tools/run_folder/atomic_file.h"
@@ -59,6 +62,35 @@ std::string ImageOf(const fs::path& path, const std::map<std::string, std::strin
   return "";
 }
 
+// N of the folders images_N.
+std::vector<int> ReductionsIn(const fs::path& folder) {
+  std::vector<int> found;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    absl::string_view number = name;
+    int by = 0;
+    if (absl::ConsumePrefix(&number, "images_") && absl::SimpleAtoi(number, &by) && by > 1 &&
+        entry.is_directory(error)) {
+      found.push_back(by);
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+// Makes here/NAME a link to there/NAME, if that is a folder.
+absl::Status LinkFolder(const fs::path& there, const fs::path& here, const std::string& name) {
+  std::error_code error;
+  const fs::path link = here / name;
+  if (!fs::is_directory(there / name, error)) return absl::OkStatus();
+  if (fs::is_symlink(link, error)) fs::remove(link, error);
+  fs::create_directory_symlink((there / name).lexically_relative(here), link, error);
+  if (!error) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat("cannot make the link ", link.string(), ": ",
+                                             error.message(), "; choose another --out"));
+}
+
 }  // namespace
 
 absl::StatusOr<TransformsFile> TransformsFile::Read(const std::string& path,
@@ -66,6 +98,7 @@ absl::StatusOr<TransformsFile> TransformsFile::Read(const std::string& path,
                                                     const std::vector<std::string>& images) {
   TransformsFile file;
   EGOSIEVE_ASSIGN_OR_RETURN(file.path_, Find(path, input));
+  file.reductions_ = ReductionsIn(fs::absolute(file.path_).parent_path());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(file.path_));
   file.json_ = Json::parse(text, nullptr, false);
   const auto frames = file.json_.is_object() ? file.json_.find("frames") : file.json_.end();
@@ -125,6 +158,12 @@ absl::StatusOr<int> TransformsFile::Write(const std::string& folder,
     frames.push_back(std::move(frame));
   }
   copy["frames"] = std::move(frames);
+  if (here != there) {
+    for (const int by : reductions_) {
+      EGOSIEVE_RETURN_IF_ERROR(LinkFolder(there, here, absl::StrCat("images_", by)));
+      EGOSIEVE_RETURN_IF_ERROR(LinkFolder(there, here, absl::StrCat("depths_", by)));
+    }
+  }
   EGOSIEVE_RETURN_IF_ERROR(
       WriteFileAtomically((fs::path(folder) / kName).string(), copy.dump(2) + "\n"));
   return left_out;

@@ -4,6 +4,10 @@
 // several such images, to the one with the longest name. Folders may be separated by backslashes,
 // and a file_path without an extension means the one image that has its name. The copy has slashes
 // and extensions. nerfstudio needs a mask for every frame or for none.
+//
+// Reduced pictures lie beside transforms.json in images_2, images_4 and so on. nerfstudio takes
+// those where the pictures have more than 1600 pixels, or where it is told to, and then masks of
+// the same size (mask_format.h).
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -24,15 +28,19 @@ class TransformsFile {
   static absl::StatusOr<TransformsFile> Read(const std::string& path, const std::string& input,
                                              const std::vector<std::string>& images);
 
+  // N of the folders images_N, ascending.
+  const std::vector<int>& reductions() const { return reductions_; }
+
   // Writes folder/transforms.json: every frame whose image is in `masked`, with its mask_path and
   // with paths to the pictures relative to that folder. Other frames are left out; their number is
-  // returned.
+  // returned. Links to images_N and depths_N lie beside it.
   absl::StatusOr<int> Write(const std::string& folder, const std::set<std::string>& masked) const;
 
  private:
   std::string path_;
   nlohmann::ordered_json json_;
   std::vector<std::string> images_;  // by frame
+  std::vector<int> reductions_;
 };
 
 }  // namespace egosieve::tools

@@ -25,7 +25,7 @@ bool IsUnchanged(const SparseCamera& original, const SparseCamera& undistorted) 
 absl::Status CheckCameras(const SparseCamera& original, const SparseCamera& undistorted) {
   if (IsUnchanged(original, undistorted)) return absl::OkStatus();
   EGOSIEVE_RETURN_IF_ERROR(LensOf(original).status());
-  EGOSIEVE_ASSIGN_OR_RETURN(const Lens pinhole, LensOf(undistorted));
+  EGOSIEVE_ASSIGN_OR_RETURN(const vision::Lens pinhole, LensOf(undistorted));
   if (!pinhole.is_pinhole()) {
     return absl::InvalidArgumentError(
         absl::StrCat("its camera ", undistorted.id,
@@ -43,8 +43,8 @@ absl::Status CheckCameras(const SparseCamera& original, const SparseCamera& undi
 
 // (UD1) to (UD3)
 template <typename Pixel>
-cv::Mat_<Pixel> Undistort(const cv::Mat_<Pixel>& from, const Lens& original, const Lens& pinhole,
-                          cv::Size size, Pixel outside) {
+cv::Mat_<Pixel> Undistort(const cv::Mat_<Pixel>& from, const vision::Lens& original,
+                          const vision::Lens& pinhole, cv::Size size, Pixel outside) {
   cv::Mat_<Pixel> to(size, outside);
   kernels::ParallelFor(size.height, [&](int64_t row) {
     const int y = static_cast<int>(row);
@@ -129,8 +129,8 @@ absl::Status Undistortion::Apply(MaskedFrame& frame) const {
   const auto& [from, to] = cameras_.at(frame.image);
   const cv::Size size(static_cast<int>(to.width), static_cast<int>(to.height));
   if (!IsUnchanged(from, to)) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const Lens original, LensOf(from));
-    EGOSIEVE_ASSIGN_OR_RETURN(const Lens pinhole, LensOf(to));
+    EGOSIEVE_ASSIGN_OR_RETURN(const vision::Lens original, LensOf(from));
+    EGOSIEVE_ASSIGN_OR_RETURN(const vision::Lens pinhole, LensOf(to));
     frame.masked = Undistort<uint8_t>(frame.masked, original, pinhole, size, 255);
     if (!frame.numbers.empty()) {
       frame.numbers = Undistort<uint16_t>(frame.numbers, original, pinhole, size, 0);

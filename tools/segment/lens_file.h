@@ -1,22 +1,48 @@
-// A camera's lens, read from a file: a run's camera.json, or COLMAP's cameras.txt.
+// A camera's lens, read from a file:
 //
-// Of cameras.txt (tools/colmap), the first camera is used. All models but EQUIRECTANGULAR begin with
-// the focal length, or with f_x and f_y, of which the mean is used. Principal point and distortion
-// are not used.
+//   .txt           COLMAP's cameras.txt (tools/colmap), its first camera
+//   .yaml, .yml    ROS's camera_info, with the models plumb_bob, rational_polynomial and equidistant,
+//                  or Kalibr's camchain, its first camera, with pinhole and none, radtan or equi
+//   others         JSON: a run's camera.json, or one of width, height and focal_pixels, or fx and fy;
+//                  may have cx, cy, k1 to k6, p1, p2 and fisheye (true)
+//
+// Without distortion and a principal point only the focal length over the longer side counts, so
+// that the file may be of pictures of another size and shape.
 #pragma once
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "vision/geometry/lens.h"
 
 namespace egosieve::tools {
 
-// Focal length over the longer side. DataLoss, naming the error.
-absl::StatusOr<double> ReadFocalRatio(const std::string& path);
+struct LensFile {
+  vision::Lens lens;
+  cv::Size size;            // of the pictures that it is of
+  bool is_pinhole = false;  // no distortion, and the principal point in the middle
 
-// The same for the text of a cameras.txt, and of a camera.json.
-absl::StatusOr<double> FocalRatioOfColmap(absl::string_view text);
-absl::StatusOr<double> FocalRatioOfCamera(absl::string_view json);
+  double focal_ratio() const {
+    return 0.5 * (lens.fx + lens.fy) / std::max(size.width, size.height);
+  }
+};
+
+// DataLoss, naming the error.
+absl::StatusOr<LensFile> ReadLensFile(const std::string& path);
+
+// The same for the text of a cameras.txt, of YAML and of JSON.
+absl::StatusOr<LensFile> LensOfColmap(absl::string_view text);
+absl::StatusOr<LensFile> LensOfYaml(absl::string_view text);
+absl::StatusOr<LensFile> LensOfJson(absl::string_view text);
+
+// Makes it one of pictures of another size. InvalidArgument if they have another shape.
+absl::Status ScaleTo(cv::Size size, LensFile& file);
+
+// The members of JSON that LensOfJson reads; focal_pixels alone of a pinhole camera.
+nlohmann::ordered_json JsonOfLens(const LensFile& file);
 
 }  // namespace egosieve::tools

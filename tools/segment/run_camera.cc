@@ -56,7 +56,8 @@ vision::TravelPrior ParseTravel(const nlohmann::json& camera) {
 // All numbers are read from the text, so that a resumed run has the same bits as the first one.
 absl::StatusOr<RunCamera> Parse(std::string text) {
   RunCamera run;
-  EGOSIEVE_ASSIGN_OR_RETURN(run.focal_ratio, FocalRatioOfCamera(text));
+  EGOSIEVE_ASSIGN_OR_RETURN(const LensFile lens, LensOfJson(text));
+  run.focal_ratio = lens.focal_ratio();
   run.travel = ParseTravel(nlohmann::json::parse(text));
   run.text = std::move(text);
   return run;
@@ -64,13 +65,18 @@ absl::StatusOr<RunCamera> Parse(std::string text) {
 
 }  // namespace
 
-absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::Size size) {
+absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::Size size,
+                                        const LensFile* lens) {
   const bool fits = camera.own_vehicle.size() == size;
   const bool has_windscreen = camera.windscreen.size() == size;
-  const nlohmann::ordered_json json = {
-      {"focal_pixels", camera.focal_ratio * std::max(size.width, size.height)},
-      {"width", size.width},
-      {"height", size.height},
+  nlohmann::ordered_json json =
+      lens != nullptr
+          ? JsonOfLens(*lens)
+          : nlohmann::ordered_json{
+                {"focal_pixels", camera.focal_ratio * std::max(size.width, size.height)},
+                {"width", size.width},
+                {"height", size.height}};
+  json.update(nlohmann::ordered_json{
       {"log_focal_deviation", camera.log_focal_deviation},
       {"pairs", camera.pair_count},
       {kOwnVehicleShare,
@@ -80,7 +86,7 @@ absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::S
       {kTravelConcentration, camera.travel.concentration},
       {kTravelShare, camera.travel.share},
       {kHasFixedPattern, !camera.fixed_pattern.empty()},
-      {kHasWindscreen, has_windscreen}};
+      {kHasWindscreen, has_windscreen}});
   EGOSIEVE_ASSIGN_OR_RETURN(RunCamera run, Parse(json.dump(2) + "\n"));
   if (fits) run.own_vehicle = camera.own_vehicle;
   run.fixed_pattern = camera.fixed_pattern;

@@ -2,7 +2,7 @@
 // which a resumed run reads it; or learnt on the way and stored at the run's end.
 //
 // camera.json:
-//   focal_pixels, width, height    pixels
+//   focal_pixels, width, height    pixels; with what else lens_file.h tells of a lens that was given
 //   log_focal_deviation            deviation of the focal length's logarithm
 //   pairs                          of pictures, for the direction of travel and the own vehicle
 //   own_vehicle_share              of the image
@@ -19,6 +19,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "tools/segment/lens_file.h"
 #include "vision/labelling/drive_camera.h"
 #include "vision/trajectory/travel_prior.h"
 
@@ -33,8 +34,9 @@ struct RunCamera {
   std::string text;         // of camera.json
 };
 
-// size: of the frames. Images of another size are left out.
-absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::Size size);
+// size: of the frames. Images of another size are left out. lens: if given; else null.
+absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::Size size,
+                                        const LensFile* lens = nullptr);
 
 // The camera of the run in `directory`; absent if it has none. DataLoss for a damaged file.
 absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& directory);

@@ -1,5 +1,6 @@
 #include "tools/segment/segment_camera.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
@@ -42,10 +43,29 @@ class InterruptibleSource : public vision::FrameSource {
 };
 
 }  // namespace
+
+absl::Status SegmentCamera::ReadLens(cv::Size frames) {
+  EGOSIEVE_ASSIGN_OR_RETURN(LensFile file, ReadLensFile(settings_.lens));
+  given_ratio_ = file.focal_ratio();
+  if (file.is_pinhole) return absl::OkStatus();
+  const absl::Status scaled = ScaleTo(frames, file);
+  const absl::StatusOr<vision::LensCorrection> lens =
+      scaled.ok() ? vision::LensCorrection::Create(file.lens, frames) : scaled;
+  if (!lens.ok()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--camera=", settings_.lens, ": ", lens.status().message()));
+  }
+  if (lens->IsIdentity()) return absl::OkStatus();
+  given_ratio_ = lens->focal_pixels() / std::max(frames.width, frames.height);
+  lens_ = std::make_shared<vision::LensCorrection>(*lens);
+  file_ = file;
+  return absl::OkStatus();
+}
+
 absl::Status SegmentCamera::Read(const CameraSettings& settings, const DriveInput& input) {
   settings_ = settings;
   if (!settings_.lens.empty()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(given_ratio_, ReadFocalRatio(settings_.lens));
+    EGOSIEVE_RETURN_IF_ERROR(ReadLens({input.width_pixels, input.height_pixels}));
   }
   if (settings_.ignore.empty()) return absl::OkStatus();
   const absl::StatusOr<cv::Mat> read = ReadImage(settings_.ignore, cv::IMREAD_GRAYSCALE);
@@ -69,6 +89,7 @@ absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool res
   if (!(labeller.focal_ratio > 0.0)) labeller.focal_ratio = given_ratio_;
   is_ratio_given_ = labeller.focal_ratio > 0.0;
   labeller.ignored = ignored_;
+  if (labeller.WantsCamera()) labeller.lens = lens_;
   if (!labeller.WantsCamera() || (is_ratio_given_ && !settings_.finds_own_vehicle))
     return absl::OkStatus();
   if (input.is_live || !settings_.has_first_pass) {  // a stream allows none
@@ -83,6 +104,7 @@ absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool res
     options.pictures.first_frame = from;
     options.pictures.equalization = labeller.equalization;
     options.pictures.ignored = ignored_;
+    options.pictures.lens = lens_;
     options.focal_ratio = labeller.focal_ratio;
     options.finds_own_vehicle = settings_.finds_own_vehicle;
     Progress progress("first pass", shown, -1);
@@ -90,7 +112,8 @@ absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool res
     EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
                               vision::LearnDriveCamera(frames, options));
     EGOSIEVE_ASSIGN_OR_RETURN(camera_,
-                              MakeRunCamera(camera, {input.width_pixels, input.height_pixels}));
+                              MakeRunCamera(camera, {input.width_pixels, input.height_pixels},
+                                            file_ ? &*file_ : nullptr));
   }
   if (!is_ratio_given_) labeller.focal_ratio = camera_->focal_ratio;
   labeller.travel = camera_->travel;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "absl/status/status.h"
 #include "tools/cli/progress.h"
 #include "tools/segment/drive_input.h"
+#include "tools/segment/lens_file.h"
 #include "tools/segment/run_camera.h"
 #include "vision/labelling/frame_labeller.h"
 
@@ -25,7 +27,7 @@ class SegmentCamera {
  public:
   // Reads the given files. InvalidArgument if a mask or a lens does not fit the frames.
   absl::Status Read(const CameraSettings& settings, const DriveInput& input);
-  // Sets the labeller's focal_ratio and ignored area. Values that were given come first, then those
+  // Sets the labeller's focal_ratio, lens and ignored area. Values that were given come first, then those
   // of the run in `directory` if it is continued (`resumes`), then those of a first pass from frame
   // `from` on. There is no first pass if the labeller does not use its results, nor for a stream
   // and without has_first_pass: the labeller then learns the focal length.
@@ -42,12 +44,16 @@ class SegmentCamera {
                            const vision::LearntCamera& learnt) const;
 
  private:
+  absl::Status ReadLens(cv::Size frames);
+
   CameraSettings settings_;
-  double given_ratio_ = 0.0;         // of --camera
-  bool is_ratio_given_ = false;      // by --camera or as focal_ratio
-  bool learns_ = false;              // the focal length, on the way
-  cv::Mat1b ignored_;                // of --ignore
-  std::optional<RunCamera> camera_;  // of the first pass
+  double given_ratio_ = 0.0;      // of --camera: of the pinhole pictures
+  std::optional<LensFile> file_;  // of --camera, if its pictures are no pinhole pictures
+  std::shared_ptr<const vision::LensCorrection> lens_;  // of file_
+  bool is_ratio_given_ = false;                         // by --camera or as focal_ratio
+  bool learns_ = false;                                 // the focal length, on the way
+  cv::Mat1b ignored_;                                   // of --ignore
+  std::optional<RunCamera> camera_;                     // of the first pass
 };
 
 }  // namespace egosieve::tools

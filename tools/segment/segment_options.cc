@@ -148,9 +148,9 @@ std::vector<SegmentOption> MakeOptions() {
       // The camera.
       File(
           Kind::kFlag, "camera", "FILE",
-          "The focal length: a run's camera.json, or a file of its focal_pixels, width and "
-          "height alone, or COLMAP's cameras.txt; principal point and distortion are not "
-          "read. Estimated in a first pass over the drive where it is not given",
+          "The lens: a run's camera.json, or JSON of focal_pixels, width and height; COLMAP's "
+          "cameras.txt; camera_info of ROS or Kalibr's camchain (.yaml). The focal length is "
+          "estimated in a first pass over the drive where it is not given",
           [](auto& s) -> auto& { return s.camera.lens; }),
       File(
           Kind::kFlag, "ignore", "MASK",

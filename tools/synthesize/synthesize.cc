@@ -84,7 +84,7 @@ ordered_json DescribeFrame(const vision::SyntheticFrame& frame) {
 std::string CameraText(const vision::Scenario& scenario) {
   const vision::ScenarioOptions& options = scenario.options();
   const ordered_json camera = {{"focal_pixels", scenario.intrinsics().focal_pixels},
-                               {"radial", scenario.intrinsics().radial},
+                               {"k1", scenario.intrinsics().radial},
                                {"width", options.width_pixels},
                                {"height", options.height_pixels},
                                {"frames_per_second", options.frames_per_second}};

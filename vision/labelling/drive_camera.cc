@@ -113,6 +113,9 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   }
   camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
+  if (options.pictures.lens != nullptr) {
+    camera.own_vehicle = options.pictures.lens->DistortMask(camera.own_vehicle);
+  }
   if (!camera.travel.IsOfVehicle()) return camera;
   // Pairs that disagree with the direction are attributed to wrong estimates of motion.
   camera.travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;

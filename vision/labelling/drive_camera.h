@@ -22,8 +22,9 @@ struct DriveCamera {
   double log_focal_deviation = 0.0;  // standard deviation of the focal length's logarithm
   int pair_count = 0;                // pairs of pictures for `travel` and `own_vehicle`
   TravelPrior travel;
-  cv::Mat1b own_vehicle;  // 255 on the own vehicle, else 0; empty: no own vehicle
-  cv::Mat1b windscreen;   // own_vehicle/windscreen.h, likewise
+  // 255 on the own vehicle, else 0; empty: no own vehicle. Of the pictures as they are read.
+  cv::Mat1b own_vehicle;
+  cv::Mat1b windscreen;  // own_vehicle/windscreen.h, of the corrected pictures
   // M of fixed_pattern.h; empty: too few pictures, or `finds_own_vehicle` is false.
   cv::Mat1b fixed_pattern;
 };

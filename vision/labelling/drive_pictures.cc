@@ -34,8 +34,8 @@ struct ReadPicture {
 // Reads the frames of a source, and keeps those from the index of the last Forget() on.
 class PictureReader {
  public:
-  PictureReader(FrameSource& source, const EqualizationOptions& equalization)
-      : source_(source), equalization_(equalization), first_(source.next_index()) {}
+  PictureReader(FrameSource& source, const DrivePicturesOptions& options)
+      : source_(source), options_(options), first_(source.next_index()) {}
 
   // Frame `index`, which must not lie before the last Forget(); null if it cannot be read or the
   // drive has ended.
@@ -47,10 +47,13 @@ class PictureReader {
       frames_.emplace_back();
       const auto* frame = std::get_if<Frame>(&read);
       if (frame == nullptr) continue;
+      const bool is_corrected =
+          options_.lens != nullptr && options_.lens->size() == frame->image.size();
+      const cv::Mat image = is_corrected ? options_.lens->Correct(frame->image) : frame->image;
       frames_.back() =
-          ReadPicture{frame->image.size(),
-                      EqualizedGrey(ReducePicture(frame->image, kLongestDriveSide), equalization_),
-                      frame->time_seconds, ReducedPicture(EqualizedGrey(frame->image, {}))};
+          ReadPicture{image.size(),
+                      EqualizedGrey(ReducePicture(image, kLongestDriveSide), options_.equalization),
+                      frame->time_seconds, ReducedPicture(EqualizedGrey(image, {}))};
     }
     const auto at = static_cast<size_t>(index - first_);
     if (at >= frames_.size() || !frames_[at]) return nullptr;
@@ -75,7 +78,7 @@ class PictureReader {
 
  private:
   FrameSource& source_;
-  EqualizationOptions equalization_;
+  const DrivePicturesOptions& options_;
   std::deque<std::optional<ReadPicture>> frames_;
   int64_t first_;  // index of frames_.front()
   bool has_ended_ = false;
@@ -164,7 +167,9 @@ absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
   const int64_t known = source.expected_frame_count() - options.first_frame;
   const int64_t length = std::min(known > 0 ? known : kUnknownLength, options.longest_frames);
   const int64_t step = std::max<int64_t>(length / options.pairs, 1);
-  PictureReader reader(source, options.equalization);
+  PictureReader reader(source, options);
+  const cv::Mat1b ignored =
+      options.lens != nullptr ? options.lens->CorrectMask(options.ignored) : options.ignored;
   DrivePictures drive;
   int64_t next_pair = options.first_frame, next_window = options.first_frame;
   for (int k = 0; k < options.pairs; ++k) {
@@ -177,12 +182,11 @@ absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
     const auto& [first, second] = *read.pair;
     if (drive.size.empty()) drive.size = first.size;
     if (first.size != drive.size) continue;
-    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<PointPair> links, LinksOf(*read.pair, options.ignored));
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<PointPair> links, LinksOf(*read.pair, ignored));
     drive.pairs.push_back(
         {{first.seconds, second.seconds}, {first.reduced, second.reduced}, std::move(links)});
     if (index < next_window || static_cast<int>(drive.windows.size()) >= options.windows) continue;
-    EGOSIEVE_ASSIGN_OR_RETURN(ReadWindow window,
-                              ReadWindowAt(reader, index, drive.size, options.ignored));
+    EGOSIEVE_ASSIGN_OR_RETURN(ReadWindow window, ReadWindowAt(reader, index, drive.size, ignored));
     next_window = std::max(window.end - 1, index + length / options.windows);
     drive.windows.push_back(std::move(window.window));
   }

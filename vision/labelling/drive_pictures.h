@@ -7,12 +7,14 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame_source.h"
+#include "vision/geometry/lens_correction.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/labelling/window_tracks.h"
 #include "vision/trajectory/bundle_adjustment.h"
@@ -40,6 +42,9 @@ struct DrivePicturesOptions {
   int64_t first_frame = 0;        // of the drive in the input
   int64_t longest_frames = 3000;  // length of the part of the drive that is read; positive
   cv::Mat1b ignored;              // ignored_area.h: never part of the static scene
+  // Not null: pictures are corrected, and all places are those of the corrected ones. `ignored` is
+  // of the pictures as they are read.
+  std::shared_ptr<const LensCorrection> lens;
   EqualizationOptions equalization;
 
   absl::Status Validate() const;

@@ -29,6 +29,7 @@
 #include "vision/features/flow_grid.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame.h"
+#include "vision/geometry/lens_correction.h"
 #include "vision/labelling/evidence_terms.h"
 #include "vision/labelling/focal_learner.h"
 #include "vision/labelling/labelled_frame.h"
@@ -43,6 +44,10 @@ struct FrameLabellerOptions {
   // Whether a focal_ratio that is not known is learnt while frames are labelled (focal_learner.h),
   // for drives without a first pass.
   bool learns_focal_ratio = false;
+  // Not null: pictures of its size are corrected before all measurements, and focal_ratio is that of
+  // the pinhole pictures. `windscreen` and `fixed_pattern` are of these, and the pair's motion is
+  // between them.
+  std::shared_ptr<const LensCorrection> lens;
   TravelPrior travel;      // the drive's direction of travel, if known (drive_camera.h)
   EvidenceTerms evidence;  // not of the paper's front end
   EqualizationOptions equalization;

@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/repeated_picture.h"
+#include "vision/image/inside.h"
 #include "vision/labelling/reduced_labels.h"
 #include "vision/labelling/stopwatch.h"
 
@@ -33,10 +34,47 @@ absl::Status MakeGrey(const Frame& frame, const FrameLabellerOptions& options,
   }
   Stopwatch watch;
   extracted.frame = frame;
+  const bool is_corrected = options.lens != nullptr && options.lens->size() == frame.image.size();
   extracted.grey =
-      EqualizedGrey(ReducePicture(frame.image, options.longest_side_pixels), options.equalization);
+      EqualizedGrey(ReducePicture(is_corrected ? options.lens->Correct(frame.image) : frame.image,
+                                  options.longest_side_pixels),
+                    options.equalization);
   extracted.equalization_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();
+}
+
+void ToPixelsOfFrame(const ExtractedFrame& frame, const LensCorrection* lens,
+                     LabelledFrame& labels) {
+  const cv::Size size = frame.frame.image.size();
+  EnlargeLabels(frame.grey.size(), size, labels);
+  if (lens == nullptr || lens->size() != size) return;
+  const auto distort = [&](std::vector<double>& places) {
+    for (size_t i = 0; i + 1 < places.size(); i += 2) {
+      const cv::Point2d place = lens->Distort({places[i], places[i + 1]});
+      places[i] = place.x;
+      places[i + 1] = place.y;
+    }
+  };
+  distort(labels.positions);
+  distort(labels.other_positions);
+  std::vector<size_t> inside;
+  for (size_t i = 0; i < labels.probability.size(); ++i) {
+    if (IsInside(labels.positions[2 * i], labels.positions[2 * i + 1], size)) inside.push_back(i);
+  }
+  const auto keep = [&](auto& values, size_t each) {
+    if (values.empty()) return;
+    for (size_t k = 0; k < inside.size(); ++k) {
+      std::copy_n(values.begin() + static_cast<int64_t>(each * inside[k]), each,
+                  values.begin() + static_cast<int64_t>(each * k));
+    }
+    values.resize(each * inside.size());
+  };
+  keep(labels.positions, 2);
+  keep(labels.other_positions, 2);
+  keep(labels.probability, 1);
+  keep(labels.residual_pixels, 1);
+  keep(labels.decided_by, 1);
+  keep(labels.tells, 1);
 }
 
 absl::Status CheckOrder(const ExtractedFrame* last, const ExtractedFrame& frame) {

@@ -25,9 +25,15 @@ struct PairCounts {
   SceneAgreement scene;
 };
 
-// Sets frame and grey picture, reduced and equalised. InvalidArgument unless the image is CV_8UC3.
+// Sets frame and grey picture: corrected, reduced and equalised. InvalidArgument unless the image is
+// CV_8UC3.
 absl::Status MakeGrey(const Frame& frame, const FrameLabellerOptions& options,
                       ExtractedFrame& extracted);
+
+// Converts all places from pixels of the grey picture to those of the frame's, and drops labels of
+// places that lie outside. Matrices remain those of the corrected pictures.
+void ToPixelsOfFrame(const ExtractedFrame& frame, const LensCorrection* lens,
+                     LabelledFrame& labels);
 
 // InvalidArgument unless the frame's index is larger than that of `last`; null: no frame before.
 absl::Status CheckOrder(const ExtractedFrame* last, const ExtractedFrame& frame);

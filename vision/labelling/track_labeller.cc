@@ -134,7 +134,7 @@ absl::StatusOr<LabelledFrame> TrackLabeller::Label(std::shared_ptr<const Extract
   LearnCamera(*frame, outcome);
   result.times.geometry_milliseconds += watch.LapMilliseconds();
   result.doubt = DoubtOf(result);
-  EnlargeLabels(frame->grey.size(), frame->frame.image.size(), result);
+  ToPixelsOfFrame(*frame, options_.lens.get(), result);
   const int64_t index = frame->frame.index;
   pair_motions_.Forget(index, history_.empty() ? index : history_.front()->frame.index);
   EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
@@ -145,7 +145,8 @@ absl::StatusOr<std::unique_ptr<FrameLabeller>> TrackLabeller::Create(
     const FrameLabellerOptions& options, MotionSelector select_motion) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   FrameLabellerOptions reduced = options;
-  reduced.ignored = ReduceMask(options.ignored, options.longest_side_pixels);
+  if (options.lens != nullptr) reduced.ignored = options.lens->CorrectMask(options.ignored);
+  reduced.ignored = ReduceMask(reduced.ignored, options.longest_side_pixels);
   reduced.windscreen = ReduceMask(options.windscreen, options.longest_side_pixels);
   EGOSIEVE_ASSIGN_OR_RETURN(EvidenceLabeller evidence, EvidenceLabeller::Create(reduced));
   std::optional<FocalLearner> focal;

@@ -21,7 +21,7 @@ SparseCamera CameraOf(const std::string& model, std::vector<double> parameters) 
 }
 
 // OpenCV's maps are in float32, of which the last bit of 100 pixels is 8e-6.
-void ExpectAsOpenCv(const Lens& lens, const cv::Mat& coefficients) {
+void ExpectAsOpenCv(const vision::Lens& lens, const cv::Mat& coefficients) {
   const cv::Size size(110, 70);
   const cv::Matx33d original(lens.fx, 0.0, lens.cx - 0.5, 0.0, lens.fy, lens.cy - 0.5, 0.0, 0.0,
                              1.0);
@@ -59,7 +59,7 @@ TEST(ColmapLens, MapsPerspectiveModelsAsOpenCvDoes) {
        {-0.2, 0.05, 0.01, -0.02, 0.03, 0.1, 0.04, 0.02}}};
   for (const Case& each : cases) {
     SCOPED_TRACE(each.model);
-    const Lens lens = Value(LensOf(CameraOf(each.model, each.parameters)));
+    const vision::Lens lens = Value(LensOf(CameraOf(each.model, each.parameters)));
     EXPECT_EQ(lens.is_pinhole(), each.coefficients[0] == 0.0);
     ExpectAsOpenCv(lens, cv::Mat(each.coefficients, true));
   }
@@ -78,7 +78,7 @@ TEST(ColmapLens, MapsFisheyesAsOpenCvDoes) {
       {"OPENCV_FISHEYE", {60, 65, 49, 31, -0.1, 0.04, 0.02, -0.03}, {-0.1, 0.04, 0.02, -0.03}}};
   for (const Case& each : cases) {
     SCOPED_TRACE(each.model);
-    const Lens lens = Value(LensOf(CameraOf(each.model, each.parameters)));
+    const vision::Lens lens = Value(LensOf(CameraOf(each.model, each.parameters)));
     EXPECT_FALSE(lens.is_pinhole());
     ExpectAsOpenCv(lens, cv::Mat(each.coefficients, true));
   }

@@ -94,8 +94,8 @@ TEST(Chain, AFocalLengthLearntOnTheWayIsKept) {
               "--out=" + root + "/drive", "--progress=none"});
   ExpectDone({"segment", root + "/drive/frames", "--out=" + run, "--no_first_pass", "--budget=200",
               "--checkpoint_every=5", "--progress=none"});
-  const auto learnt = Value(ReadFocalRatio(run + "/camera.json")),
-             truth = Value(ReadFocalRatio(root + "/drive/camera.json"));
+  const auto learnt = Value(ReadLensFile(run + "/camera.json")).focal_ratio(),
+             truth = Value(ReadLensFile(root + "/drive/camera.json")).focal_ratio();
   // Nearer than the middle of the prior.
   EXPECT_NEAR(std::log(learnt / truth), 0.0, 0.05);
 }

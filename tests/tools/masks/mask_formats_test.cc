@@ -82,6 +82,37 @@ TEST_F(MasksTest, OfNerfstudio) {
   }
 }
 
+// By nerfstudio's rule (`_get_fname` of its parser): images_N and masks_N in the folder of
+// transforms.json, the files' names without folders, and sizes that ffmpeg rounds down.
+TEST_F(MasksTest, OfNerfstudioWithReducedPictures) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  nlohmann::json transforms;
+  for (int i = 0; i < 6; ++i) {
+    transforms["frames"].push_back({{"file_path", absl::StrFormat("frames/%06d.png", i)}});
+  }
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/drive/transforms.json", transforms.dump()).ok());
+  for (const char* folder : {"images_2", "images_8", "images_x"}) {
+    fs::create_directory(root_ + "/drive/" + folder);
+  }
+  cv::imwrite(root_ + "/drive/images_2/000003.png", cv::Mat3b(4, 4));
+  for (const char* again : {"--dilate=0", "--overwrite"}) {
+    ASSERT_THAT(Masks({run.folder.path(), "--for=nerfstudio", again}), Succeeds());
+  }
+  EXPECT_TRUE(fs::exists(out_ + "/images_2/000003.png"));
+  EXPECT_FALSE(fs::exists(out_ + "/images_x"));
+  const cv::Mat1b moving = Made(run, "masks", 3);
+  for (const int by : {2, 8}) {
+    const cv::Mat1b mask = Read(absl::StrFormat("masks_%d/000003.png.png", by));
+    ASSERT_EQ(mask.size(), cv::Size(moving.cols / by, moving.rows / by));
+    for (int y = 0; y < mask.rows; ++y) {
+      for (int x = 0; x < mask.cols; ++x) {
+        const bool is_used = cv::countNonZero(moving(cv::Rect(x * by, y * by, by, by))) == 0;
+        ASSERT_EQ(mask(y, x), is_used ? 255 : 0) << x << ", " << y << " of " << by;
+      }
+    }
+  }
+}
+
 // As programs on Windows and instant-ngp's converter write them.
 TEST_F(MasksTest, OfNerfstudioWithBackslashesAndWithoutExtensions) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
@@ -111,7 +142,7 @@ TEST_F(MasksTest, OfInstantNgpWithPictures) {
 }
 
 // By the programs' manual or source (docs/masks-recipes.md): the names, and which side is ignored.
-TEST_F(MasksTest, OfOpenSfmLichtfeldAndPostshot) {
+TEST_F(MasksTest, OfProgramsThatFindMasksByName) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
   fs::rename(run.frames, root_ + "/cam0");
   fs::create_directories(run.frames);
@@ -123,7 +154,8 @@ TEST_F(MasksTest, OfOpenSfmLichtfeldAndPostshot) {
   };
   for (const Case& each :
        {Case{"opensfm", "cam0/000003.png.png", false}, Case{"lichtfeld", "cam0/000003.png", false},
-        Case{"postshot", "cam0/000003.png", true}}) {
+        Case{"postshot", "cam0/000003.png", true}, Case{"metashape", "cam0/000003_mask.png", false},
+        Case{"realityscan", "cam0/000003.png.mask.png", false}}) {
     out_ = root_ + "/" + each.format;
     ASSERT_THAT(Masks({run.folder.path(), std::string("--for=") + each.format}), Succeeds());
     const cv::Mat mask = Read(each.file);

@@ -34,30 +34,109 @@ TEST(LensFile, ColmapsCameras) {
       "# Camera list with one line of data per camera:\n"
       "# Number of cameras: 1\n"
       "1 OPENCV 1920 1080 1500.0 1540.0 960 540 0.01 0 0 0\n";
-  EXPECT_DOUBLE_EQ(*FocalRatioOfColmap(text), 1520.0 / 1920.0);
-  EXPECT_DOUBLE_EQ(*FocalRatioOfColmap("1 SIMPLE_RADIAL 600 800 400 300 400 0.1"), 0.5);
-  EXPECT_DOUBLE_EQ(*ReadFocalRatio(Written("cameras.txt", text)), 1520.0 / 1920.0);
+  EXPECT_DOUBLE_EQ(LensOfColmap(text)->focal_ratio(), 1520.0 / 1920.0);
+  EXPECT_FALSE(LensOfColmap(text)->is_pinhole);
+  EXPECT_DOUBLE_EQ(LensOfColmap("1 SIMPLE_RADIAL 600 800 400 300 400 0.1")->focal_ratio(), 0.5);
+  EXPECT_TRUE(LensOfColmap("1 SIMPLE_PINHOLE 600 800 400 300 400")->is_pinhole);
+  const LensFile file = Value(ReadLensFile(Written("cameras.txt", text)));
+  EXPECT_EQ(file.size, cv::Size(1920, 1080));
+  EXPECT_EQ(file.lens.cx, 960.0);
+  EXPECT_EQ(file.lens.distortion[0], 0.01);
+}
+
+// OpenCV's pixels have their centres at whole numbers.
+void ExpectLens(const LensFile& file, std::vector<double> focals_and_centre,
+                std::vector<double> distortion) {
+  const vision::Lens& lens = file.lens;
+  EXPECT_THAT((std::vector{lens.fx, lens.fy, lens.cx - 0.5, lens.cy - 0.5}),
+              testing::Pointwise(testing::DoubleNear(1e-9), focals_and_centre));
+  distortion.resize(lens.distortion.size());
+  EXPECT_THAT(lens.distortion, testing::ElementsAreArray(distortion));
+}
+
+TEST(LensFile, CameraInfoOfRos) {
+  const std::string text =
+      "image_width: 640\nimage_height: 480\ncamera_name: narrow_stereo\n"
+      "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [438.7, 0, 305.5, 0, 437.3, 243.75, 0, 0, 1]\n"
+      "distortion_model: plumb_bob\n"
+      "distortion_coefficients:\n  rows: 1\n  cols: 5\n"
+      "  data: [-0.36, 0.11, 0.001, 0.0005, 0.02]\n";
+  const LensFile file = Value(ReadLensFile(Written("ost.yaml", text)));
+  EXPECT_EQ(file.size, cv::Size(640, 480));
+  ExpectLens(file, {438.7, 437.3, 305.5, 243.75}, {-0.36, 0.11, 0.001, 0.0005, 0.02});
+  EXPECT_FALSE(file.lens.is_fisheye);
+}
+
+TEST(LensFile, CamchainOfKalibr) {
+  const std::string text =
+      "cam0:\n  T_cam_imu:\n  - [0.0, 1.0, 0.0, 0.1]\n  - [1.0, 0.0, 0.0, 0.2]\n"
+      "  camera_model: pinhole\n  distortion_coeffs: [-0.27, 0.06, 0.0008, 0.0001]\n"
+      "  distortion_model: equi\n  intrinsics: [461.6, 460.1, 362.5, 246.25]\n"
+      "  resolution: [752, 480]\ncam1:\n  camera_model: omni\n";
+  const LensFile file = Value(ReadLensFile(Written("camchain.yaml", text)));
+  EXPECT_EQ(file.size, cv::Size(752, 480));
+  ExpectLens(file, {461.6, 460.1, 362.5, 246.25}, {-0.27, 0.06, 0.0008, 0.0001});
+  EXPECT_TRUE(file.lens.is_fisheye);
+}
+
+TEST(LensFile, JsonThereAndBack) {
+  for (const char* text :
+       {R"({"width": 640, "height": 360, "focal_pixels": 400})",
+        R"({"width": 640, "height": 360, "fx": 400, "fy": 410, "cx": 300, "cy": 180, "k1": -0.2,
+            "p1": 0.01, "k3": 0.1})",
+        R"({"width": 640, "height": 360, "fx": 400, "fy": 410, "fisheye": true, "k3": 0.1})"}) {
+    const LensFile file = Value(LensOfJson(text));
+    const LensFile again = Value(LensOfJson(JsonOfLens(file).dump()));
+    EXPECT_EQ(again.size, file.size);
+    EXPECT_EQ(again.is_pinhole, file.is_pinhole);
+    EXPECT_EQ(again.lens.is_fisheye, file.lens.is_fisheye);
+    ExpectLens(again, {file.lens.fx, file.lens.fy, file.lens.cx - 0.5, file.lens.cy - 0.5},
+               {file.lens.distortion.begin(), file.lens.distortion.end()});
+  }
+  EXPECT_EQ(
+      LensOfJson(R"({"width": 9, "height": 9, "fx": 4, "fy": 4, "k3": 2})")->lens.distortion[4],
+      2.0);
+  EXPECT_EQ(LensOfJson(R"({"width": 9, "height": 9, "fx": 4, "fy": 4, "k3": 2, "fisheye": true})")
+                ->lens.distortion[2],
+            2.0);
+}
+
+TEST(LensFile, OfPicturesOfAnotherSize) {
+  LensFile file = Value(LensOfColmap("1 PINHOLE 1920 1080 1500 1540 960 500"));
+  ASSERT_TRUE(ScaleTo({960, 540}, file).ok());
+  ExpectLens(file, {750.0, 770.0, 479.5, 249.5}, {});
+  EXPECT_THAT(ScaleTo({540, 960}, file).message(), testing::HasSubstr("another shape"));
 }
 
 TEST(LensFile, ARunsCamera) {
   const std::string path =
       Written("camera.json", R"({"focal_pixels": 720, "width": 1440, "height": 400})");
-  EXPECT_DOUBLE_EQ(*ReadFocalRatio(path), 0.5);
+  EXPECT_DOUBLE_EQ(ReadLensFile(path)->focal_ratio(), 0.5);
 }
 
 TEST(LensFile, WhatIsWrongIsNamed) {
   const auto message = [](const std::string& text) {
-    return std::string(FocalRatioOfColmap(text).status().message());
+    return std::string(LensOfColmap(text).status().message());
   };
   EXPECT_THAT(message("# nothing\n"), testing::HasSubstr("no camera"));
   EXPECT_THAT(message("1 MAGIC 10 10 5"), testing::HasSubstr("MAGIC is not known"));
   EXPECT_THAT(message("1 PINHOLE 10 10 5"), testing::HasSubstr("a number is missing"));
-  EXPECT_THAT(message("1 PINHOLE 10 10 5 -4 5 5"), testing::HasSubstr("must be a positive"));
+  EXPECT_THAT(message("1 PINHOLE 10 10 5 -4 5 5"), testing::HasSubstr("not positive"));
   EXPECT_THAT(message("1 PINHOLE ten 10 5 4 5 5"), testing::HasSubstr("'ten' is no such number"));
-  EXPECT_THAT(message("1 EQUIRECTANGULAR 10 5 10 5"), testing::HasSubstr("no focal length"));
+  EXPECT_THAT(message("1 EQUIRECTANGULAR 10 5 10 5"),
+              testing::HasSubstr("EQUIRECTANGULAR cannot be undone"));
+  const auto yaml = [](const std::string& text) {
+    return std::string(LensOfYaml(text).status().message());
+  };
+  EXPECT_THAT(yaml("a: [1"), testing::HasSubstr("line"));
+  EXPECT_THAT(yaml("a: 1"), testing::HasSubstr("neither camera_matrix"));
+  EXPECT_THAT(yaml("cam0:\n  camera_model: omni\n"), testing::HasSubstr("the camera is omni-none"));
+  EXPECT_THAT(
+      LensOfJson(R"({"width": 9, "height": 9, "focal_pixels": 4, "k1": null})").status().message(),
+      testing::HasSubstr("all coefficients numbers"));
   const std::string path = Written("bad.json", R"({"width": 1440})");
-  EXPECT_THAT(ReadFocalRatio(path).status().message(), testing::HasSubstr("bad.json"));
-  EXPECT_EQ(ReadFocalRatio(path + ".gone").status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(ReadLensFile(path).status().message(), testing::HasSubstr("bad.json"));
+  EXPECT_EQ(ReadLensFile(path + ".gone").status().code(), absl::StatusCode::kNotFound);
 }
 
 std::string Folder() {

@@ -94,7 +94,7 @@ TEST_F(SynthesizeTest, PosesAndCameraAreThoseOfTheScene) {
   const auto scene = nlohmann::json::parse(Bytes(File("scene.json")));
   const auto camera = nlohmann::json::parse(Bytes(File("camera.json")));
   EXPECT_EQ(camera.at("focal_pixels"), scene.at("intrinsics").at("focal_pixels"));
-  EXPECT_EQ(camera.at("radial"), -0.1);
+  EXPECT_EQ(camera.at("k1"), -0.1);
   EXPECT_EQ(camera.at("width"), 96);
   EXPECT_EQ(camera.at("frames_per_second"), 15.0);
   std::ifstream poses(File("poses.txt"));

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 """Scores runs of `egosieve segment` on the strangers' clips against boxes labelled by hand.
 
-    tests/vision/strangers/score.py out/strangers
+    tests/vision/strangers/score.py out/strangers [--masks]
 
 The folder holds runs named by their clips; clips without a run are left out. Marked is a pixel
-whose probability is above 0.5. Columns, shares in percent:
+whose probability is above 0.5, with --masks one that the masks of `egosieve refine` mark.
+Columns, shares in percent:
   near      mean share marked of the boxes of near moving vehicles
   other     the same of all other moving boxes: far vehicles, people, animals
   standing  the same of standing boxes, less what boxes of other motion cover
@@ -34,6 +35,15 @@ def read_boxes(path):
         for row in csv.DictReader(table):
             frames[row['clip']][int(row['frame'])].append(row)
     return frames
+
+
+def masked_pixels(run, frame):
+    """Where the frame's mask is set."""
+    path = run / 'masks' / f'{frame:06d}.png'
+    mask = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if mask is None:
+        sys.exit(f'score: no mask {path}; egosieve refine makes it')
+    return mask > 0
 
 
 def marked_pixels(run, frame, stride, sizes):
@@ -75,14 +85,15 @@ def score_frame(marked, rows, shares):
     shares['outside'].append(marked[~boxes].mean())
 
 
-def score_run(run, frames):
+def score_run(run, frames, masks):
     """Lists of shares by column, of all labelled frames of a run."""
     stride = json.loads((run / 'run.json').read_text())['maps']['stride_pixels']
     lines = map(json.loads, (run / 'frames.jsonl').read_text().splitlines())
     sizes = {line['index']: (line['width_pixels'], line['height_pixels']) for line in lines}
     shares = defaultdict(list)
     for frame, rows in sorted(frames.items()):
-        score_frame(marked_pixels(run, frame, stride, sizes), rows, shares)
+        marked = masked_pixels(run, frame) if masks else marked_pixels(run, frame, stride, sizes)
+        score_frame(marked, rows, shares)
     return shares
 
 
@@ -99,13 +110,14 @@ def main():
     layout = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=layout)
     parser.add_argument('runs', type=Path, help='the folder of runs')
+    parser.add_argument('--masks', action='store_true', help='score masks, not maps')
     parser.add_argument('--boxes', type=Path, default=Path(__file__).with_name('boxes.csv'))
     arguments = parser.parse_args()
     clips = read_boxes(arguments.boxes)
     total = defaultdict(list)
     print(f'{"clip":32}' + ''.join(f'{column:>10}   found' for column in COLUMNS) + '   outside')
     for clip in sorted(name for name in clips if (arguments.runs / name).is_dir()):
-        shares = score_run(arguments.runs / clip, clips[clip])
+        shares = score_run(arguments.runs / clip, clips[clip], arguments.masks)
         print_line(clip, shares)
         for column, values in shares.items():
             total[column] += values
