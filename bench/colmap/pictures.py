@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Draws models of `./run bench_colmap --clips` into one picture of the clip: points on movers red, others green.
 
-    bench/colmap/pictures.py out/colmap/CLIP PICTURE.png OUT.jpg [--mapper NAME] [--undistorted] [--blank]
+    bench/colmap/pictures.py out/colmap/CLIP PICTURE.png OUT.jpg [--mapper NAME] [--seed N] [--undistorted] [--blank]
 
-CLIP is a clip's folder there. Left without masks, right with ours, of the first seed. --undistorted: instead of points the undistorted picture, right with
+CLIP is a clip's folder there. Left without masks, right with ours. --undistorted: instead of points the undistorted picture, right with
 its mask in red. --blank: on white, for clips whose licence allows no pictures, with the outline of what moves.
 """
 
@@ -45,6 +45,7 @@ def main():
     flags.add_argument("picture")
     flags.add_argument("out")
     flags.add_argument("--mapper", default="incremental")
+    flags.add_argument("--seed", type=int, default=1, help="of COLMAP's")
     flags.add_argument("--undistorted", action="store_true")
     flags.add_argument("--blank", action="store_true")
     options = flags.parse_args()
@@ -60,7 +61,7 @@ def main():
         tinted = np.where((mask == 0)[..., None], (flat * 0.5 + np.array(RED) * 0.5).astype(np.uint8), flat)
         panels = [titled(flat, "Undistorted by COLMAP"), titled(tinted, "Mask of --undistort (red)")]
     else:
-        panels = [drawn(picture, work(python, WORKER, "project", drive, options.clip / "models" / f"{masks}_{options.mapper}_1" / "largest", options.picture)["points"], text)
+        panels = [drawn(picture, work(python, WORKER, "project", drive, options.clip / "models" / f"{masks}_{options.mapper}_{options.seed}" / "largest", options.picture)["points"], text)
                   for masks, text in (("none", "Without masks"), ("ours", "With masks"))]  # fmt: skip
     cv2.imwrite(options.out, np.hstack(panels), [cv2.IMWRITE_JPEG_QUALITY, 80])
 

@@ -1,6 +1,6 @@
 """COLMAP on one drive or clip, in the environment that bench_colmap.py makes. Prints a line of JSON.
 
-worker.py match DRIVE MASKS DATABASE LENS [FEATURES]    features, outside the masks, and matches; MASKS "-": none; of a picture FEATURES at most
+worker.py match DRIVE MASKS DATABASE LENS [FEATURES]    features, outside the masks, and matches; MASKS "-": none; FEATURES: of a picture at most
 worker.py map DRIVE DATABASE OUT SEED LENS   a reconstruction: where its images were taken, and its points
 worker.py model DRIVE DATABASE OUT SEED MAPPER    the largest model as OUT/largest; MAPPER: incremental or global
 worker.py score DRIVE MODEL                  a model's size, errors, and observations on movers
