@@ -57,7 +57,7 @@ NOT_RUN = {
 FRAMES = 6
 # What is of long drives, for one of FRAMES.
 SHORTER = {'--task=K': '--task=0', '--to=9999': '--to=3', '--from=9990 --to=19999': '--from=2 --to=4', '--from=19990': '--from=3',
-           '--from=9980': '--from=2', '000049': '000005', '--seed=3 ': '--frames=2 '}
+           '--from=9980': '--from=2', '--from=300 --max_frames=240': '--from=2 --max_frames=3', '000049': '000005', '--seed=3 ': '--frames=2 '}
 # What a recipe shows that is refused, by its exit code 2.
 REFUSED = '--out=data/images --overwrite'
 # What has been made before an example of --help or a recipe, by its words.
