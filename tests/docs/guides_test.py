@@ -28,6 +28,7 @@ NOT_RUN = {
     'out/bag': 'needs a recording of ROS, and a package from the network',
     './run view': 'needs a package from the network: tests/tools/view reads what it writes',
     'colmap feature_extractor': 'needs COLMAP: bench/colmap runs it',
+    'faces/0': "needs FFmpeg's program",
     'ns-train': 'needs nerfstudio and a GPU',
     'python train.py': "a program of Gaussian splatting's authors; needs a GPU",
     'shared/data': 'needs data outside the repository; minutes to hours',
