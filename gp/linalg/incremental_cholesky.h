@@ -100,7 +100,6 @@ class IncrementalCholesky {
 
   // Drops the rows from `size` on, as if they had not been appended; size in [0, n].
   void Truncate(int64_t size) { size_ = size; }
-  void Clear() { Truncate(0); }
 
   // B := K^-1 B, B: n x c. InvalidArgument for other shapes.
   absl::Status Solve(kernels::MatrixView<double> b) const;

@@ -10,13 +10,17 @@ def repository():
     return os.path.dirname(os.path.realpath('run'))
 
 
+def files_below(root, folders):
+    """Paths of all files of these folders, from the root."""
+    for folder in folders:
+        for path, _, names in os.walk(os.path.join(root, folder)):
+            yield from (os.path.relpath(os.path.join(path, name), root) for name in names)
+
+
 def documents(root):
     """Paths of all documents, from the root."""
-    found = [name for name in sorted(os.listdir(root)) if name.endswith('.md')]
-    for folder in ('bench', 'docs', 'tests', 'tools'):
-        for path, _, names in os.walk(os.path.join(root, folder)):
-            found += [os.path.relpath(os.path.join(path, name), root) for name in names if name.endswith('.md')]
-    return sorted(found)
+    found = os.listdir(root) + list(files_below(root, ('bench', 'docs', 'tests', 'tools')))
+    return sorted(name for name in found if name.endswith('.md'))
 
 
 def read(root, name):

@@ -4,7 +4,7 @@ import os
 import re
 import unittest
 
-from documents import repository
+from documents import files_below, read, repository
 
 FOLDERS = ('kernels', 'gp', 'vision', 'tools', 'bench')
 TAG = r'\(([A-Z]{1,3}\d{1,2})\)'
@@ -25,12 +25,9 @@ def cited_with_a_file(text):
 def sources():
     """(path, text) of the sources of the working tree."""
     root = repository()
-    for folder in FOLDERS:
-        for path, _, names in os.walk(os.path.join(root, folder)):
-            for name in names:
-                if name.endswith(('.h', '.hpp', '.cc', '.c', '.cl')):
-                    with open(os.path.join(path, name)) as text:
-                        yield os.path.relpath(os.path.join(path, name), root), text.read()
+    for path in files_below(root, FOLDERS):
+        if path.endswith(('.h', '.hpp', '.cc', '.c', '.cl')):
+            yield path, read(root, path)
 
 
 class EquationTags(unittest.TestCase):

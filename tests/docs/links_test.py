@@ -4,7 +4,7 @@ import os
 import re
 import unittest
 
-from documents import documents, inline_code, read, repository
+from documents import documents, files_below, inline_code, read, repository
 
 LINK = re.compile(r'\[[^\]]*\]\(([^)\s]+)\)')
 SOURCE = re.compile(r'[\w*-]+(/[\w.*-]+)*\.(h|cc|cl|py|sh|bzl)')
@@ -33,12 +33,7 @@ def broken_links(root, name, text):
 
 def sources(root):
     """The names of all sources, with and without their folders."""
-    found = set()
-    for folder in FOLDERS:
-        for path, _, names in os.walk(os.path.join(root, folder)):
-            for name in names:
-                found |= {name, os.path.relpath(os.path.join(path, name), root)}
-    return found
+    return {name for path in files_below(root, FOLDERS) for name in (path, os.path.basename(path))}
 
 
 def broken_paths(root, name, text, known):

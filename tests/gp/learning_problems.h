@@ -1,11 +1,9 @@
 // Seeded learning problems, the default device, and GPML's demonstration data.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <memory>
-#include <numeric>
 #include <random>
 #include <vector>
 
@@ -36,8 +34,7 @@ struct LabelledPoints {
 // tenth of the labels the wrong way round, all of them soft.
 inline LabelledPoints NoisyBlobs(int64_t n, int64_t dimension, std::mt19937_64& generator) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  LabelledPoints points;
-  points.inputs = RandomPoints(n, dimension, generator);
+  LabelledPoints points{.inputs = RandomPoints(n, dimension, generator)};
   for (int64_t i = 0; i < n; ++i) {
     const double u = points.inputs(i, 0);
     const double v = dimension > 1 ? points.inputs(i, 1) : 0.0;
@@ -110,21 +107,6 @@ inline RowMatrix GramOf(const Hyperparameters& theta, const RowMatrix& x) {
   RowMatrix k = Covariances(theta, x, x);
   k.diagonal().array() += theta.noise_variance();
   return k;
-}
-
-// Area under the ROC curve of scores against labels over a half.
-inline double AreaUnderCurve(const std::vector<double>& scores, const double* labels) {
-  std::vector<size_t> order(scores.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return scores[a] < scores[b]; });
-  double rank_sum = 0.0, positives = 0.0;
-  for (size_t r = 0; r < order.size(); ++r) {
-    if (labels[order[r]] < 0.5) continue;
-    rank_sum += static_cast<double>(r) + 1.0;
-    ++positives;
-  }
-  const double negatives = static_cast<double>(scores.size()) - positives;
-  return (rank_sum - positives * (positives + 1.0) / 2.0) / (positives * negatives);
 }
 
 }  // namespace egosieve::gp

@@ -71,11 +71,11 @@ long double ExactCovariance(const CovarianceParameters& parameters, const double
 }
 
 PosteriorModel Problem::model(FactorKind kind) const {
-  PosteriorModel model;
-  model.covariance = covariance;
-  model.inputs = ConstMatrixView<double>(inputs.data(), count, covariance.input_dimension());
-  model.alpha = alpha.data();
-  model.factor_kind = kind;
+  PosteriorModel model{
+      .covariance = covariance,
+      .inputs = ConstMatrixView<double>(inputs.data(), count, covariance.input_dimension()),
+      .alpha = alpha.data(),
+      .factor_kind = kind};
   const std::vector<double>& factor = kind == FactorKind::kInverseCholesky ? inverse : cholesky;
   model.factor = ConstMatrixView<double>(factor.data(), count, count);
   model.squash_a = 1.7;
@@ -86,9 +86,7 @@ PosteriorModel Problem::model(FactorKind kind) const {
 Problem MakeProblem(std::mt19937_64& random, const CovarianceParameters& covariance, int64_t n,
                     double noise_stddev) {
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Problem problem;
-  problem.covariance = covariance;
-  problem.count = n;
+  Problem problem{.covariance = covariance, .count = n};
   const int64_t dimension = covariance.input_dimension();
   problem.inputs = RandomPoints(random, n, dimension);
   problem.cholesky.assign(n * n, 0.0);
@@ -118,10 +116,10 @@ PosteriorErrorBounds ErrorBounds(const PosteriorModel& model, double noise_stdde
   const double prior = signal * M_PI / 2;
   const double condition = std::sqrt((n * prior + noise_stddev * noise_stddev)) / noise_stddev;
   const double v = std::sqrt(prior);
-  PosteriorErrorBounds bounds;
-  bounds.mean = signal * alpha_sum * (1e-6 + (66 + n / 64) * u * M_PI / 2) + 1e-6;
-  bounds.variance = 2 * v * (1e-6 * signal * std::sqrt(n) / noise_stddev + 8 * u * condition * v) +
-                    (n / 96 + 96) * u * prior;
+  PosteriorErrorBounds bounds{
+      .mean = signal * alpha_sum * (1e-6 + (66 + n / 64) * u * M_PI / 2) + 1e-6,
+      .variance = 2 * v * (1e-6 * signal * std::sqrt(n) / noise_stddev + 8 * u * condition * v) +
+                  (n / 96 + 96) * u * prior};
   bounds.probability = 0.4 * model.squash_a * bounds.mean +
                        0.13 * model.squash_a * model.squash_a * bounds.variance + 1e-6;
   return bounds;
@@ -135,9 +133,7 @@ std::shared_ptr<Context> TestContext() {
 bool TestIsOnReference() { return TestContext()->is_reference(); }
 
 std::shared_ptr<Context> SideBySideContext() {
-  ContextOptions options;
-  options.tuning = DefaultGpuTuning();
-  options.shared_memory = false;
+  const ContextOptions options{.shared_memory = false, .tuning = DefaultGpuTuning()};
   static const std::shared_ptr<Context> context = Value(OpenContext(options));
   return context;
 }

@@ -128,8 +128,7 @@ TEST(Squash, LikelihoodHasNoUnderflow) {
 
 TEST(FitSquash, FindsTheMaximum) {
   const Sample sample = DrawSample(4000, 7);
-  SquashFitOptions options;
-  options.log_a_prior_stddev = std::numeric_limits<double>::infinity();
+  const SquashFitOptions options{.log_a_prior_stddev = std::numeric_limits<double>::infinity()};
   const auto fit =
       Value(FitSquash(sample.means, sample.variances, sample.labels, {1.0, 0.0}, options));
   EXPECT_FALSE(fit.at_bound);
@@ -169,8 +168,7 @@ TEST(FitSquash, SeparableDataAndOneClassStayInBounds) {
     labels.push_back(i < 50 ? 0.0 : 1.0);
   }
   const std::vector<double> variances(100, 0.01);
-  SquashFitOptions options;
-  options.log_a_prior_stddev = std::numeric_limits<double>::infinity();
+  const SquashFitOptions options{.log_a_prior_stddev = std::numeric_limits<double>::infinity()};
   const auto separable = Value(FitSquash(means, variances, labels, {1.0, 0.0}, options));
   EXPECT_DOUBLE_EQ(separable.parameters.a, 10.0);
   EXPECT_TRUE(separable.at_bound);
@@ -189,8 +187,7 @@ TEST(FitSquash, SeparableDataAndOneClassStayInBounds) {
 // The curvature in log a is 1e-26, far below what is added to keep the determinant from zero; a
 // gradient of 1e-13 still changes the likelihood by more than its rounding.
 TEST(FitSquash, AWeakSignalIsFollowedUphill) {
-  SquashFitOptions options;
-  options.log_a_prior_stddev = std::numeric_limits<double>::infinity();
+  const SquashFitOptions options{.log_a_prior_stddev = std::numeric_limits<double>::infinity()};
   const std::vector<double> variances(4, 0.0), labels = {0.0, 0.0, 1.0, 1.0};
   const auto fit =
       Value(FitSquash({-1e-13, -1e-13, 1e-13, 1e-13}, variances, labels, {1.0, 0.0}, options));
@@ -208,12 +205,10 @@ TEST(FitSquash, RefusesBadArguments) {
   EXPECT_THAT(message({0.0, std::nan("")}, {1.0, 1.0}, {0.5, 0.5}), HasSubstr("point 1"));
   EXPECT_THAT(message({0.0}, {-1.0}, {0.5}), HasSubstr("variance -1"));
   EXPECT_THAT(message({0.0}, {1.0}, {1.1}), HasSubstr("label 1.1"));
-  SquashFitOptions options;
-  options.minimum_a = 0.0;
+  SquashFitOptions options{.minimum_a = 0.0};
   EXPECT_THAT(message({0.0}, {1.0}, {0.5}, options), HasSubstr("minimum_a"));
-  options = {};
-  options.log_a_prior_stddev = std::nan("");
-  EXPECT_THAT(message({0.0}, {1.0}, {0.5}, options), HasSubstr("log_a_prior_stddev"));
+  EXPECT_THAT(message({0.0}, {1.0}, {0.5}, SquashFitOptions{.log_a_prior_stddev = std::nan("")}),
+              HasSubstr("log_a_prior_stddev"));
 }
 
 TEST(FitSquash, RefusesAStartThatIsNoParameters) {

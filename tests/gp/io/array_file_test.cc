@@ -224,9 +224,8 @@ end = struct.pack('<IHHHHIIH', 0x06054b50, 0, 0, 200, 200, len(directory), len(b
 open(sys.argv[1], 'wb').write(body + directory + end)
 )",
                      path));
-  const absl::Status status = ParseArrays(Contents(path)).status();
-  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
-  EXPECT_THAT(status.message(), testing::HasSubstr("larger than the file"));
+  EXPECT_THAT(ParseArrays(Contents(path)),
+              IsError(absl::StatusCode::kDataLoss, "larger than the file"));
 }
 
 // A header's signature in the last bytes before the directory, without the rest of it.

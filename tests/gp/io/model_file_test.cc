@@ -13,19 +13,13 @@
 
 #include "gp/io/array_file.h"
 #include "tests/gp/learning_problems.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
 
 namespace egosieve::gp {
 namespace {
 
 using kernels::CovarianceFunction;
-using testing::HasSubstr;
-
-std::string NewFolder() {
-  std::string folder = testing::TempDir() + "/model_file_XXXXXX";
-  EXPECT_NE(mkdtemp(folder.data()), nullptr);
-  return folder;
-}
 
 std::vector<std::string> FilesIn(const std::string& folder) {
   std::vector<std::string> names;
@@ -43,9 +37,7 @@ struct Learner {
 
 Learner MakeLearner() {
   const Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kArcsine, 6);
-  TrainerOptions options;
-  options.subset_size = 100;
-  options.annealing_evaluations = 10;
+  const TrainerOptions options{.subset_size = 100, .annealing_evaluations = 10};
   return {*ExactModel::Create(TestContext(), theta),
           *HyperparameterTrainer::Create(
               theta, HyperparameterBounds::Default(CovarianceFunction::kArcsine, 6), options)};
@@ -180,7 +172,7 @@ ModelFile Checkpoint(const Learner& learner) {
 }
 
 TEST(ModelFile, ARunGoesOnFromItsCheckpointBitForBit) {
-  const std::string path = NewFolder() + "/model.npz";
+  const std::string path = FreshFolder() + "/model.npz";
   Learner whole = MakeLearner();
   for (int64_t time = 0; time < 6; ++time) Learn(time, whole);
   ASSERT_TRUE(whole.model.Refactorize().ok());
@@ -251,8 +243,7 @@ TEST(ModelFile, OtherVersionsAndInvalidModelsAreErrors) {
   EXPECT_TRUE(altered([](ArrayMap&) {}).ok());
   const absl::Status newer =
       altered([&](ArrayMap& a) { integers(a, "format_version")[0] = kModelFormatVersion + 1; });
-  EXPECT_EQ(newer.code(), absl::StatusCode::kUnimplemented);
-  EXPECT_THAT(newer.message(), HasSubstr("newer"));
+  EXPECT_THAT(newer, IsError(absl::StatusCode::kUnimplemented, "newer"));
   for (const char* name : {"scales", "inputs", "targets", "identities", "squash", "annotations",
                            "trainer_steps", "format_version"}) {
     EXPECT_FALSE(altered([&](ArrayMap& a) { a.erase(name); }).ok()) << name;
@@ -276,13 +267,13 @@ TEST(ModelFile, OtherVersionsAndInvalidModelsAreErrors) {
 
   ModelFile bad = Checkpoint(learner);
   bad.model.points.targets.pop_back();
-  const std::string folder = NewFolder();
+  const std::string folder = FreshFolder();
   EXPECT_THAT(WriteModelFile(folder + "/m.npz", bad), IsInvalid());
   EXPECT_THAT(FilesIn(folder), testing::IsEmpty());
 }
 
 TEST(ModelFile, WhatCannotBeReadIsAnError) {
-  const std::string folder = NewFolder();
+  const std::string folder = FreshFolder();
   EXPECT_EQ(ReadModelFile(folder + "/none").status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(ReadModelFile(folder).status().code(), absl::StatusCode::kFailedPrecondition);
   const std::string pipe = folder + "/pipe";
@@ -291,8 +282,7 @@ TEST(ModelFile, WhatCannotBeReadIsAnError) {
   const std::string path = folder + "/m.npz";
   std::ofstream(path) << "not a model";
   const absl::Status status = ReadModelFile(path).status();
-  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
-  EXPECT_THAT(status.message(), HasSubstr(path));
+  EXPECT_THAT(status, IsError(absl::StatusCode::kDataLoss, path));
   // A sparse file of 4 TiB: refused by its size, unread.
   std::filesystem::resize_file(path, std::uintmax_t{4} << 40);
   EXPECT_EQ(ReadModelFile(path).status().code(), absl::StatusCode::kFailedPrecondition);

@@ -16,6 +16,7 @@
 #include "gp/model/sparse_model.h"
 #include "kernels/ops/box_means.h"
 #include "tests/gp/learning_problems.h"
+#include "tests/testing/area_under_curve.h"
 #include "tests/testing/status.h"
 
 namespace egosieve::gp {
@@ -101,9 +102,7 @@ TEST_P(ErrorOfFloat32, IsWithinItsBound) {
   if (!IsFloat32()) GTEST_SKIP() << "the reference is in float64";
   const Hyperparameters theta = ThetaOf(GetParam(), 0.05);
   auto exact = Value(ExactModel::Create(TestContext(), theta));
-  SparseModelOptions options;
-  options.inducing_points = 40;
-  auto sparse = Value(SparseModel::Create(TestContext(), theta, options));
+  auto sparse = Value(SparseModel::Create(TestContext(), theta, {.inducing_points = 40}));
   AddSine(0.0, 1.0, exact);
   AddSine(0.0, 1.0, sparse);
   const RowMatrix queries = Queries();
@@ -255,10 +254,8 @@ TEST(Float64Posterior, GivesAQueryTheSameBitsInAnyTile) {
 
 // The two factors of (SP5) against the one of the posterior's form.
 TEST(Float64Posterior, OfASparseModelIsTheModels) {
-  SparseModelOptions options;
-  options.inducing_points = 30;
-  auto model =
-      Value(SparseModel::Create(TestContext(), ThetaOf("squared_exponential", 0.05), options));
+  auto model = Value(SparseModel::Create(TestContext(), ThetaOf("squared_exponential", 0.05),
+                                         {.inducing_points = 30}));
   AddSine(1.0, 1.0, model);
   const RowMatrix queries = Queries();
   const auto expected = Value(model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance));
@@ -369,7 +366,8 @@ TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
   const auto exact_prediction = Value(exact->Predict(queries, PredictWhat::kMeanAndVariance));
   const std::vector<double> expected =
       Probabilities(exact_prediction, *exact->PredictLeaveOneOut(), theta, frame.labels);
-  const double area = AreaUnderCurve(expected, frame.truth.data() + kTraining);
+  const std::vector<bool> truth(frame.truth.begin() + kTraining, frame.truth.end());
+  const double area = AreaUnderCurve(expected, truth);
   std::printf("exact: n = %d, AUC %.4f\n", static_cast<int>(kTraining), area);
 
   struct Case {
@@ -380,9 +378,7 @@ TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
   using A = SparseApproximation;
   for (const Case& c :
        {Case{"DTC", A::kDtc, 512}, Case{"FITC", A::kFitc, 512}, Case{"DTC", A::kDtc, 128}}) {
-    SparseModelOptions options;
-    options.approximation = c.approximation;
-    options.inducing_points = c.inducing;
+    SparseModelOptions options{.approximation = c.approximation, .inducing_points = c.inducing};
     auto model = Value(SparseModel::Create(TestContext(), theta, options));
     ASSERT_TRUE(model.Add(training, frame.labels, 0).ok());
     const auto prediction = Value(model.Predict(queries, PredictWhat::kMeanAndVariance));
@@ -391,7 +387,7 @@ TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
     const std::vector<double> differences = SortedDifferences(found, expected);
     const double mean =
         std::accumulate(differences.begin(), differences.end(), 0.0) / differences.size();
-    const double loss = area - AreaUnderCurve(found, frame.truth.data() + kTraining);
+    const double loss = area - AreaUnderCurve(found, truth);
     std::printf(
         "%-4s m = %3d: probability differs by %.4f (mean), %.4f (99th percentile), "
         "AUC loss %.5f\n",

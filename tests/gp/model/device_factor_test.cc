@@ -22,9 +22,7 @@ using kernels::CovarianceFunction;
 constexpr int64_t kPoints = 150, kMore = 10;
 
 std::shared_ptr<kernels::Context> OwnMemory() {
-  kernels::ContextOptions options;
-  options.shared_memory = false;
-  static const auto context = Value(kernels::OpenContext(options));
+  static const auto context = Value(kernels::OpenContext({.shared_memory = false}));
   return context;
 }
 
@@ -113,8 +111,7 @@ TEST(DeviceFactor, ADeviceThatFailsLeavesTheModel) {
     kernels::FailCall("clEnqueueFillBuffer", 0, CL_OUT_OF_RESOURCES);
     const absl::Status status = change();
     ASSERT_TRUE(kernels::CallHasFailed());
-    EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-    EXPECT_THAT(status.message(), testing::HasSubstr("factorising on the device"));
+    EXPECT_THAT(status, IsError(absl::StatusCode::kResourceExhausted, "factorising on the device"));
     EXPECT_EQ(std::vector<double>(model.alpha().begin(), model.alpha().end()), alpha);
     EXPECT_EQ(model.hyperparameters().noise_stddev, theta.noise_stddev);
   }
@@ -152,9 +149,7 @@ TEST(DeviceFactor, PredictsThereInFloat64) {
   }
   theta.mean = MeanFunction::kZero;
   const auto sparse = [&](const std::shared_ptr<kernels::Context>& context) {
-    SparseModelOptions options;
-    options.inducing_points = 90;
-    auto model = SparseModel::Create(context, theta, options);
+    auto model = SparseModel::Create(context, theta, {.inducing_points = 90});
     EXPECT_TRUE(model.ok() && model->AddTargets(ViewOf(points.inputs), points.labels, 0).ok());
     return *std::move(model);
   };
@@ -175,8 +170,8 @@ TEST(DeviceFactor, APredictionThatFailsThereSaysSo) {
     kernels::FailCall("clEnqueueReadBuffer", call, CL_OUT_OF_RESOURCES);
     const absl::Status status = predict();
     ASSERT_TRUE(kernels::CallHasFailed());
-    EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-    EXPECT_THAT(status.message(), testing::HasSubstr("predicting in float64 on the device"));
+    EXPECT_THAT(status, IsError(absl::StatusCode::kResourceExhausted,
+                                "predicting in float64 on the device"));
   }
   EXPECT_TRUE(predict().ok());
 }

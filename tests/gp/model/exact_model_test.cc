@@ -18,7 +18,6 @@ namespace {
 
 using kernels::CovarianceFunction;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
@@ -174,8 +173,7 @@ TEST(ExactModel, EmptyModelAnswersWithThePrior) {
   EXPECT_EQ(model.LogMarginalLikelihood(), 0.0);
   const auto posterior = Value(model.MakePosterior({1.0, 0.0}));
   float probability = 0.0f;
-  kernels::PosteriorOutputs outputs;
-  outputs.probability = &probability;
+  const kernels::PosteriorOutputs outputs{.probability = &probability};
   const std::vector<float> query(6, 0.25f);
   ASSERT_TRUE(posterior->Evaluate({query.data(), 1, 6}, outputs).ok());
   EXPECT_EQ(probability, 0.5f);

@@ -221,10 +221,8 @@ TEST(IterativeModel, RefusesWhatNeedsAFactor) {
   }
   EXPECT_TRUE(posterior->PredictGradients(queries, PredictWhat::kMean).ok());
   std::vector<float> narrow(variances.size());
-  kernels::PosteriorOutputs outputs;
-  outputs.variance = narrow.data();
   EXPECT_EQ(Value(ModelOf(theta, problem, {}).MakePosterior(SquashParameters{}))
-                ->Evaluate(queries, outputs)
+                ->Evaluate(queries, {.variance = narrow.data()})
                 .status()
                 .code(),
             absl::StatusCode::kFailedPrecondition);

@@ -11,7 +11,6 @@ namespace egosieve::gp {
 namespace {
 
 using kernels::CovarianceFunction;
-using testing::HasSubstr;
 
 struct Problem {
   Hyperparameters theta = UnevenHyperparameters(CovarianceFunction::kSquaredExponential, 3);
@@ -44,10 +43,8 @@ TEST(JointPosterior, WithoutPointsIsThePrior) {
   const RowMatrix prior = Covariances(problem.theta, problem.queries, problem.queries);
   EXPECT_LE((CopyOf(joint.covariance.view()) - prior).cwiseAbs().maxCoeff(), 1e-14);
   EXPECT_THAT(joint.mean, testing::Each(0.0));
-  SampleOptions options;
-  options.count = 2;
   const auto samples =
-      Value((*model.MakeFloat64Posterior())->Sample(ViewOf(problem.queries), options));
+      Value((*model.MakeFloat64Posterior())->Sample(ViewOf(problem.queries), {.count = 2}));
   EXPECT_NE(samples.values.row(0)[0], samples.values.row(0)[1]);
 }
 
@@ -57,8 +54,7 @@ TEST(JointPosterior, SamplesHaveItsMoments) {
   const ExactModel model = problem.Model();
   const RowMatrix queries = problem.queries.topRows(4);
   const auto joint = Value((*model.MakeFloat64Posterior())->PredictJoint(ViewOf(queries)));
-  SampleOptions options;
-  options.count = 20000;
+  SampleOptions options{.count = 20000};
   for (const bool of_observation : {false, true}) {
     options.of_observation = of_observation;
     const auto samples = Value((*model.MakeFloat64Posterior())->Sample(ViewOf(queries), options));
@@ -139,9 +135,7 @@ TEST(SparseJointPosterior, IsTheExactOneWithAllPointsInducing) {
       Value((*exact.MakeFloat64Posterior())->PredictJoint(ViewOf(problem.queries)));
   const std::vector<double> y(problem.y.data(), problem.y.data() + problem.y.size());
   for (const auto kind : {SparseApproximation::kDtc, SparseApproximation::kFitc}) {
-    SparseModelOptions options;
-    options.approximation = kind;
-    options.relative_jitter = 1e-9;
+    const SparseModelOptions options{.approximation = kind, .relative_jitter = 1e-9};
     auto model = Value(SparseModel::Create(TestContext(), problem.theta, options));
     ASSERT_TRUE(model.AddTargets(ViewOf(problem.x), y, 0).ok());
     const auto joint =
@@ -153,8 +147,7 @@ TEST(SparseJointPosterior, IsTheExactOneWithAllPointsInducing) {
     EXPECT_NEAR(joint.mean[3], expected.mean[3], 1e-6);
     const auto marginal = model.Predict(ViewOf(problem.queries), PredictWhat::kMeanAndVariance);
     EXPECT_NEAR(joint.covariance.row(3)[3], marginal->variance[3], 1e-12);
-    SampleOptions samples;
-    samples.count = 3;
+    const SampleOptions samples{.count = 3};
     EXPECT_TRUE((*model.MakeFloat64Posterior())->Sample(ViewOf(problem.queries), samples).ok());
   }
 }
@@ -222,12 +215,9 @@ TEST(InputGradient, OfSparseModelsEqualsFiniteDifferences) {
   auto generator = TestGenerator();
   for (const SparseApproximation approximation :
        {SparseApproximation::kDtc, SparseApproximation::kFitc}) {
-    SparseModelOptions options;
-    options.approximation = approximation;
-    options.inducing_points = 20;
     auto model = Value(SparseModel::Create(
         TestContext(), DefaultHyperparameters(*CovarianceFunction::Parse("matern52"), kDimension),
-        options));
+        {.approximation = approximation, .inducing_points = 20}));
     const RowMatrix x = RandomPoints(70, kDimension, generator);
     RowMatrix y(70, 1);
     for (int64_t i = 0; i < 70; ++i) y(i, 0) = std::sin(3.0 * x(i, 0)) * x(i, 1);

@@ -296,9 +296,7 @@ TEST(NoiseByPoint, LikelihoodAndItsGradient) {
 TEST(NoiseByPoint, ReachesTheTrainer) {
   auto generator = TestGenerator();
   const NoisyPoints points(80, generator);
-  TrainerOptions options;
-  options.annealing_evaluations = 5;
-  options.initial_gradient_steps = 10;
+  const TrainerOptions options{.annealing_evaluations = 5, .initial_gradient_steps = 10};
   const auto trained = [&](absl::Span<const double> noise) {
     auto trainer = Value(HyperparameterTrainer::Create(
         points.theta, HyperparameterBounds::Default(CovarianceFunction::kArcsine, 4), options));
@@ -320,10 +318,8 @@ TEST(NoiseByPoint, IsInSparseModels) {
   const ExactModel exact = points.Model();
   const auto expected = exact.Predict(ViewOf(points.x), PredictWhat::kMeanAndVariance);
   for (const auto kind : {SparseApproximation::kDtc, SparseApproximation::kFitc}) {
-    SparseModelOptions options;
-    options.approximation = kind;
-    options.relative_jitter = 1e-9;
-    options.refresh_share = 10.0;
+    const SparseModelOptions options{
+        .approximation = kind, .refresh_share = 10.0, .relative_jitter = 1e-9};
     auto model = Value(SparseModel::Create(TestContext(), points.theta, options));
     ASSERT_TRUE(model.AddObservations(points.Between(0, 40), 0).ok());
     ASSERT_TRUE(model.SetInducingInputs(ViewOf(points.x)).ok());

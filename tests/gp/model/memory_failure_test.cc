@@ -46,9 +46,7 @@ constexpr int64_t kDimension = 2;
 
 // The reference: drivers allocate on threads of their own.
 std::shared_ptr<kernels::Context> HostContext() {
-  kernels::ContextOptions options;
-  options.device = "reference";
-  return *kernels::OpenContext(options);
+  return *kernels::OpenContext({.device = "reference"});
 }
 
 // Fails the first allocation of `change`, then the second, and so on until it succeeds. After each
@@ -146,8 +144,7 @@ TEST(MemoryFailure, ASparseModelStaysWhole) {
   const LabelledPoints points = NoisyBlobs(90, kDimension, generator);
   const auto x = ViewOf(points.inputs);
   const auto labels = absl::MakeConstSpan(points.labels);
-  SparseModelOptions options;
-  options.inducing_points = 20;
+  SparseModelOptions options{.inducing_points = 20};
   for (const double refresh_share : {0.25, 1e9}) {
     options.refresh_share = refresh_share;
     SparseModel model = *SparseModel::Create(
@@ -192,8 +189,7 @@ TEST(MemoryFailure, APosteriorOnSeveralDevicesWritesNothing) {
   const auto posterior = *model.MakePosterior({}, {}, {HostContext(), HostContext()});
   const RowMatrix queries = RandomPoints(kQueries, kDimension, generator);
   std::vector<float> expected(kQueries);
-  kernels::PosteriorOutputs outputs;
-  outputs.mean = expected.data();
+  kernels::PosteriorOutputs outputs{.mean = expected.data()};
   ASSERT_TRUE(posterior->Evaluate(ViewOf(queries), outputs).ok());
   int failures = 0;
   for (int nth = 1;; ++nth) {

@@ -42,11 +42,8 @@ struct Problem {
 // from the values. The samples' moments are the posterior's for any number of frequencies.
 template <typename Model>
 void ExpectMoments(const Model& model, const Problem& problem, bool of_observation) {
-  PathOptions options;
-  options.count = 4000;
-  options.frequencies = 16;
-  options.seed = 7;
-  options.of_observation = of_observation;
+  const PathOptions options{
+      .count = 4000, .frequencies = 16, .seed = 7, .of_observation = of_observation};
   const auto paths = Value(model.DrawPaths(options));
   const std::vector<double> values = Value(paths->Evaluate(ViewOf(problem.queries)));
   const auto joint =
@@ -103,9 +100,7 @@ TEST(SamplePaths, OfSparseModelsHaveTheirMoments) {
   auto generator = TestGenerator();
   for (const auto approximation : {SparseApproximation::kDtc, SparseApproximation::kFitc}) {
     const Problem problem("matern32", 1, generator);
-    SparseModelOptions options;
-    options.approximation = approximation;
-    options.inducing_points = 8;
+    SparseModelOptions options{.approximation = approximation, .inducing_points = 8};
     options.relative_jitter = 0.5;  // large, so that it shows
     auto model = Value(SparseModel::Create(TestContext(), problem.theta, options));
     ExpectMoments(model, problem, false);
@@ -125,9 +120,7 @@ TEST(SamplePaths, AreFunctions) {
   RowMatrix one = many.row(5);
   one(0, 0) = -0.0;
   for (const bool of_observation : {false, true}) {
-    PathOptions options;
-    options.count = 3;
-    options.of_observation = of_observation;
+    PathOptions options{.count = 3, .of_observation = of_observation};
     const auto paths = Value(model.DrawPaths(options));
     const std::vector<double> all = Value(paths->Evaluate(ViewOf(many)));
     const std::vector<double> alone = Value(paths->Evaluate(ViewOf(one)));
@@ -170,19 +163,14 @@ TEST(SamplePaths, RefuseWhatTheyCannotDraw) {
   }
   const Problem problem("matern52", 1, generator);
   const auto model = Value(ExactModel::Create(TestContext(), problem.theta));
-  PathOptions options;
-  options.frequencies = 0;
-  EXPECT_THAT(model.DrawPaths(options), IsInvalid("frequencies = 0"));
-  options = {};
-  options.count = -1;
-  EXPECT_THAT(model.DrawPaths(options), IsInvalid("count = -1"));
-  options.count = 0;
-  EXPECT_TRUE(Value(Value(model.DrawPaths(options))->Evaluate(ViewOf(problem.queries))).empty());
+  EXPECT_THAT(model.DrawPaths({.frequencies = 0}), IsInvalid("frequencies = 0"));
+  EXPECT_THAT(model.DrawPaths({.count = -1}), IsInvalid("count = -1"));
+  EXPECT_TRUE(
+      Value(Value(model.DrawPaths({.count = 0}))->Evaluate(ViewOf(problem.queries))).empty());
   RowMatrix bad = problem.queries;
   bad(0, 0) = std::nan("");
   EXPECT_THAT(Value(model.DrawPaths({}))->Evaluate(ViewOf(bad)), IsInvalid());
-  SparseModelOptions sparse;
-  sparse.approximation = SparseApproximation::kSubsetOfRegressors;
+  const SparseModelOptions sparse{.approximation = SparseApproximation::kSubsetOfRegressors};
   const auto regressors = Value(SparseModel::Create(TestContext(), problem.theta, sparse));
   EXPECT_THAT(regressors.DrawPaths({}), IsError(absl::StatusCode::kUnimplemented, "DTC"));
 }

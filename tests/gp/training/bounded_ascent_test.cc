@@ -20,10 +20,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using kernels::CovarianceFunction;
 HyperparameterBounds Box(std::vector<double> lower, std::vector<double> upper) {
-  HyperparameterBounds bounds;
-  bounds.lower = std::move(lower);
-  bounds.upper = std::move(upper);
-  return bounds;
+  return {.lower = std::move(lower), .upper = std::move(upper)};
 }
 
 // Minus Rosenbrock's function; its maximum in the plane is 0 at (1, 1).
@@ -33,11 +30,7 @@ absl::StatusOr<double> Valley(const std::vector<double>& x, std::vector<double>&
   return -(a * a + 100.0 * b * b);
 }
 
-AscentOptions Tight() {
-  AscentOptions options;
-  options.tolerance = 1e-9;
-  return options;
-}
+AscentOptions Tight() { return {.tolerance = 1e-9}; }
 
 TEST(BoundedAscent, FindsTheMaximumOfACurvedValley) {
   const auto found = Value(Ascend(Valley, {-1.2, 1.0}, Box({-5, -5}, {5, 5}), Tight()));
@@ -80,8 +73,7 @@ TEST(BoundedAscent, GoesAroundPlacesWithoutAValue) {
 }
 
 TEST(BoundedAscent, TellsThatItHasNotConverged) {
-  AscentOptions few;
-  few.steps = 2;
+  const AscentOptions few{.steps = 2};
   const auto found = Value(Ascend(Valley, {-1.2, 1.0}, Box({-5, -5}, {5, 5}), few));
   EXPECT_FALSE(found.converged);
   EXPECT_GT(found.gradient_norm, few.tolerance);
@@ -142,9 +134,7 @@ TEST(Hyperparameters, RefusesNonsense) {
 }
 
 TEST(PriorVariance, FollowsTheCovariance) {
-  kernels::CovarianceParameters parameters;
-  parameters.scales = {0.5, 2.0};
-  parameters.signal_stddev = 1.5;
+  kernels::CovarianceParameters parameters{.scales = {0.5, 2.0}, .signal_stddev = 1.5};
   const double x = 0.3, aa = 2.0 * (0.25 + 4.0 * 0.09);
   EXPECT_NEAR(PriorVariance(parameters, &x), 2.25 * std::asin(aa / (1.0 + aa)), 1e-15);
   // Where asin's argument rounds to 1: pi/2 - sqrt(2 e), e = 1 - z = 1 / (1 + a.a).

@@ -23,11 +23,7 @@ HyperparameterTrainer MakeTrainer(const TrainerOptions& options, int64_t dimensi
 }
 
 TrainerOptions QuickOptions() {
-  TrainerOptions options;
-  options.subset_size = 150;
-  options.annealing_subset_size = 80;
-  options.annealing_evaluations = 40;
-  return options;
+  return {.subset_size = 150, .annealing_subset_size = 80, .annealing_evaluations = 40};
 }
 
 double MeanLikelihood(const Hyperparameters& theta, const LabelledPoints& points) {
@@ -42,9 +38,7 @@ TEST(SimulatedAnnealing, LeavesTheLocalMaximum) {
     return std::exp(-0.5 * (t[0] + 2.0) * (t[0] + 2.0)) +
            2.0 * std::exp(-0.5 * (t[0] - 3.0) * (t[0] - 3.0) / 0.09);
   };
-  AnnealingOptions options;
-  options.first_temperature = 1.0;
-  options.evaluations = 300;
+  AnnealingOptions options{.evaluations = 300, .first_temperature = 1.0};
   const auto result = Value(Anneal(objective, {-2.0}, {{-5.0}, {5.0}}, options));
   EXPECT_NEAR(result.theta[0], 3.0, 0.3);
   EXPECT_EQ(result.evaluations, 300);
@@ -82,21 +76,29 @@ TEST(HyperparameterTrainer, RaisesTheLikelihoodAndSettles) {
   EXPECT_EQ(trainer.state().rounds, 60);
 }
 
-TEST(HyperparameterTrainer, DoesLessWhenSettledAndNoticesChange) {
-  auto generator = TestGenerator();
-  const LabelledPoints points = NoisyBlobs(200, 3, generator);
+TrainerOptions SettledOptions() {
   TrainerOptions options = QuickOptions();
   options.settled_movement = 1e9;  // settled from the second round on
   options.settled_interval = 4;
-  options.subset_size = options.annealing_subset_size = 200;  // all: no sampling noise in J
-  HyperparameterTrainer trainer = MakeTrainer(options);
+  return options;
+}
+
+void ExpectSettled(const LabelledPoints& points, HyperparameterTrainer& trainer) {
   std::vector<int64_t> steps;
   for (int round = 0; round < 9; ++round) {
-    const auto report =
-        Value(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets()));
-    steps.push_back(report.steps);
+    steps.push_back(
+        Value(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets())).steps);
   }
   EXPECT_EQ(steps, (std::vector<int64_t>{25, 0, 0, 0, 2, 0, 0, 0, 2}));
+}
+
+TEST(HyperparameterTrainer, DoesLessWhenSettledAndNoticesChange) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(200, 3, generator);
+  TrainerOptions options = SettledOptions();
+  options.subset_size = options.annealing_subset_size = 200;  // all: no sampling noise in J
+  HyperparameterTrainer trainer = MakeTrainer(options);
+  ExpectSettled(points, trainer);
   // Labels that are noise now: the objective falls, and it takes steps at once.
   LabelledPoints changed = points;
   for (double& label : changed.labels) label = generator() % 2 == 0 ? 0.0 : 1.0;
@@ -108,8 +110,7 @@ TEST(HyperparameterTrainer, DoesLessWhenSettledAndNoticesChange) {
 // Two places, half of the points at each: J depends on how many points there are and hardly on
 // which.
 LabelledPoints TwoPlaces(int64_t count) {
-  LabelledPoints points;
-  points.inputs = RowMatrix::Constant(count, 3, -0.5);
+  LabelledPoints points{.inputs = RowMatrix::Constant(count, 3, -0.5)};
   points.inputs.topRows(count / 2).setConstant(0.5);
   points.labels.assign(count, 0.0);
   std::fill_n(points.labels.begin(), count / 2, 1.0);
@@ -118,19 +119,11 @@ LabelledPoints TwoPlaces(int64_t count) {
 
 TEST(HyperparameterTrainer, ChecksOfFewPointsAreNotComparedWithStepsOfMany) {
   const LabelledPoints points = TwoPlaces(400);
-  TrainerOptions options = QuickOptions();
-  options.settled_movement = 1e9;
-  options.settled_interval = 4;
+  TrainerOptions options = SettledOptions();
   options.subset_size = 400;
   options.annealing_subset_size = 20;
   HyperparameterTrainer trainer = MakeTrainer(options);
-  std::vector<int64_t> steps;
-  for (int round = 0; round < 9; ++round) {
-    const auto report =
-        Value(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets()));
-    steps.push_back(report.steps);
-  }
-  EXPECT_EQ(steps, (std::vector<int64_t>{25, 0, 0, 0, 2, 0, 0, 0, 2}));
+  ExpectSettled(points, trainer);
 }
 
 TEST(HyperparameterTrainer, AnIndefiniteFrameIsForgotten) {

@@ -86,8 +86,7 @@ TEST(MarginalLikelihood, GpmlsOptimum) {
   std::vector<double> theta = {0.0, 0.0, std::log(0.1)};
   HyperparameterBounds bounds{{-5.0, -5.0, -5.0}, {5.0, 5.0, 5.0}};
   RpropState state;
-  RpropOptions options;
-  options.minimum_step = 1e-12;
+  const RpropOptions options{.minimum_step = 1e-12};
   double value = 0.0;
   for (int step = 0; step < 1500; ++step) {
     const auto at = Value(
@@ -159,8 +158,7 @@ struct Problem {
 
   MarginalLikelihood At(const Hyperparameters& there, const RowMatrix& u,
                         SparseObjective objective) const {
-    SparseLikelihoodOptions options;
-    options.objective = objective;
+    const SparseLikelihoodOptions options{.objective = objective};
     return Value(ComputeSparseLikelihood(*TestContext(), there, data(), ViewOf(u),
                                          LikelihoodOrder::kValueAndGradient, options));
   }
@@ -220,8 +218,7 @@ TEST(SparseLikelihood, VfeIsABoundThatInducingInputsTighten) {
 
 TEST(SparseLikelihood, FitcIsTheModelsOwn) {
   const Problem problem("matern52", 70, 10);
-  SparseModelOptions options;
-  options.approximation = SparseApproximation::kFitc;
+  const SparseModelOptions options{.approximation = SparseApproximation::kFitc};
   auto model = Value(SparseModel::Create(TestContext(), problem.theta, options));
   ASSERT_TRUE(model.AddObservations(problem.data(), 0).ok());
   ASSERT_TRUE(model.SetInducingInputs(ViewOf(problem.inducing)).ok());
@@ -232,10 +229,8 @@ TEST(SparseLikelihood, FitcIsTheModelsOwn) {
 TEST(SparseLikelihood, RefusesWhatItIsNotOf) {
   Problem problem("arcsine", 10, 3);
   const auto code = [&](const Observations& data, const RowMatrix& u, double jitter = 1e-6) {
-    SparseLikelihoodOptions options;
-    options.relative_jitter = jitter;
     return ComputeSparseLikelihood(*TestContext(), problem.theta, data, ViewOf(u),
-                                   LikelihoodOrder::kValue, options)
+                                   LikelihoodOrder::kValue, {.relative_jitter = jitter})
         .status()
         .code();
   };

@@ -1,7 +1,6 @@
 #include "kernels/base/parallel_for.h"
 
 #include <sched.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -21,6 +20,7 @@
 
 #include "gtest/gtest.h"
 #include "kernels/base/processors.h"
+#include "tests/testing/fresh_folder.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -148,16 +148,13 @@ TEST_F(ParallelForTest, AForkedChildHasItsOwnThreads) {
   GTEST_SKIP() << "ThreadSanitizer starts no thread in a child";
 #endif
   Meet(2);
-  const pid_t child = fork();
-  if (child == 0) {
-    alarm(30);
-    Meet(2);
-    _exit(0);
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  ASSERT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
-  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EXIT(
+      {
+        alarm(30);
+        Meet(2);
+        _exit(0);
+      },
+      testing::ExitedWithCode(0), "");
   Meet(2);
 }
 
@@ -184,19 +181,12 @@ TEST_F(ParallelForTest, AnExceptionReachesTheCallerAndEndsTheTasks) {
 
 class ProcessorQuotaTest : public testing::Test {
  protected:
-  ProcessorQuotaTest()
-      : root_(testing::TempDir() + "/cgroup_" +
-              testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    fs::remove_all(root_);
-    fs::create_directories(root_);
-  }
-
   void Write(const std::string& path, const std::string& text) {
     fs::create_directories(fs::path(root_ + path).parent_path());
     std::ofstream(root_ + path) << text << "\n";
   }
 
-  std::string root_;
+  const std::string root_ = FreshFolder();
 };
 
 TEST_F(ProcessorQuotaTest, NoneWhereNothingSaysSo) {

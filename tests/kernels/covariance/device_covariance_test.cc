@@ -152,16 +152,22 @@ INSTANTIATE_TEST_SUITE_P(Columns, OnTheDevice,
 INSTANTIATE_TEST_SUITE_P(UnrolledInputs, OnTheDevice,
                          testing::Combine(testing::Values("arcsine"), testing::Values(32)), NameOf);
 
-// Inputs far from zero: the distance keeps its digits, since a centre is taken away first.
-TEST(DeviceCovariance, IsAccurateFarFromZero) {
-  CovarianceParameters parameters = ParametersOf("squared_exponential", 1);
+// Between three places, with unit scale and deviation.
+GuardedMatrix<float> UnitCovariances(const std::string& name, const double (&x)[3]) {
+  CovarianceParameters parameters = ParametersOf(name, 1);
   parameters.scales = {1.0};
   parameters.signal_stddev = 1.0;
-  const double x[3] = {4000.0, 4000.7, 4001.9};
   GuardedMatrix<float> k(3, 3);
-  ASSERT_TRUE(
+  EXPECT_TRUE(
       CovarianceMatrix<float>(*TestContext(), parameters, {x, 3, 1}, 0.0, Triangle::kFull, k.view())
           .ok());
+  return k;
+}
+
+// Inputs far from zero: the distance keeps its digits, since a centre is taken away first.
+TEST(DeviceCovariance, IsAccurateFarFromZero) {
+  const double x[3] = {4000.0, 4000.7, 4001.9};
+  const GuardedMatrix<float> k = UnitCovariances("squared_exponential", x);
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       EXPECT_NEAR(k(i, j), std::exp(-0.5 * (x[i] - x[j]) * (x[i] - x[j])), 2e-6);
@@ -172,14 +178,7 @@ TEST(DeviceCovariance, IsAccurateFarFromZero) {
 // At distances whose square float32 cannot hold, too.
 TEST(DeviceCovariance, OfStationaryFunctionsVanishesFarAway) {
   for (const char* name : {"squared_exponential", "matern12", "matern32", "matern52"}) {
-    CovarianceParameters parameters = ParametersOf(name, 1);
-    parameters.scales = {1.0};
-    parameters.signal_stddev = 1.0;
-    const double x[3] = {0.0, 1e19, 1e30};
-    GuardedMatrix<float> k(3, 3);
-    ASSERT_TRUE(CovarianceMatrix<float>(*TestContext(), parameters, {x, 3, 1}, 0.0, Triangle::kFull,
-                                        k.view())
-                    .ok());
+    const GuardedMatrix<float> k = UnitCovariances(name, {0.0, 1e19, 1e30});
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) EXPECT_EQ(k(i, j), i == j ? 1.0f : 0.0f) << name;
     }

@@ -40,10 +40,8 @@ inline CovarianceFunction Function(const std::string& text) {
 // inputs are of the order of one, whatever D; a length on the circle is one per input without a
 // unit.
 inline CovarianceParameters ParametersOf(const std::string& text, int64_t dimension) {
-  CovarianceParameters parameters;
-  parameters.function = Function(text);
-  parameters.dimension = dimension;
-  parameters.signal_stddev = 1.3;
+  CovarianceParameters parameters{
+      .function = Function(text), .signal_stddev = 1.3, .dimension = dimension};
   const double root = std::sqrt(static_cast<double>(dimension));
   double factor = 0.8;
   for (const ScaleGroup& group : parameters.function.description().scale_groups()) {

@@ -16,6 +16,7 @@
 #include <fstream>
 
 #include "gmock/gmock.h"
+#include "tests/testing/fresh_folder.h"
 
 namespace {
 
@@ -63,15 +64,9 @@ using ::testing::HasSubstr;
 
 class AtomicFile : public testing::Test {
  protected:
-  AtomicFile()
-      : folder_(testing::TempDir() + "/" +
-                testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
   std::string At(const std::string& name) const { return folder_ + "/" + name; }
 
-  std::string folder_;
+  const std::string folder_ = FreshFolder();
 };
 
 TEST_F(AtomicFile, WritingReplacesTheWholeFileAndLeavesNothingBeside) {
@@ -93,16 +88,15 @@ TEST_F(AtomicFile, APathThatCannotBeWrittenIsNamed) {
 // A limit on the file size stands for a full disk: the write fails after a part of the bytes.
 TEST_F(AtomicFile, AFullDiskLeavesTheOldFile) {
   ASSERT_TRUE(WriteFileAtomically(At("a"), "old").ok());
-  const pid_t child = fork();
-  if (child == 0) {
-    signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{1000, 1000};
-    setrlimit(RLIMIT_FSIZE, &limit);
-    _exit(absl::IsResourceExhausted(WriteFileAtomically(At("a"), std::string(5000, 'x'))) ? 0 : 1);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  EXPECT_EQ(status, 0);
+  const rlimit limit{1000, 1000};
+  EXPECT_EXIT(
+      {
+        signal(SIGXFSZ, SIG_IGN);
+        setrlimit(RLIMIT_FSIZE, &limit);
+        const absl::Status status = WriteFileAtomically(At("a"), std::string(5000, 'x'));
+        _exit(absl::IsResourceExhausted(status) ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
   EXPECT_EQ(*ReadFile(At("a")), "old");
   EXPECT_THAT(*ListFolder(folder_), ElementsAre("a"));
 }
@@ -183,15 +177,13 @@ TEST_F(AtomicFile, MoreThanTheMaximumOrTheMemoryIsAnError) {
   GTEST_SKIP() << "a sanitizer's allocator ends the process where memory runs out";
 #endif
   fs::resize_file(At("a"), std::uintmax_t{1} << 42);  // sparse: four terabytes of zeros
-  const pid_t child = fork();
-  if (child == 0) {
-    const rlimit limit{rlim_t{1} << 40, rlim_t{1} << 40};
-    setrlimit(RLIMIT_AS, &limit);
-    _exit(absl::IsResourceExhausted(ReadFile(At("a")).status()) ? 0 : 1);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  EXPECT_EQ(status, 0);
+  const rlimit limit{rlim_t{1} << 40, rlim_t{1} << 40};
+  EXPECT_EXIT(
+      {
+        setrlimit(RLIMIT_AS, &limit);
+        _exit(absl::IsResourceExhausted(ReadFile(At("a")).status()) ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
 }
 
 TEST_F(AtomicFile, WhatKilledWritersLeftIsToldFromWhatIsBeingWritten) {

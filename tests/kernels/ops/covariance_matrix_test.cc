@@ -134,9 +134,7 @@ TEST(CovarianceMatrix, TrianglesAtSizesAroundEveryBlock) {
 
 TEST(CovarianceMatrix, DevicesWithoutFloat64LeaveDoublesToTheHost) {
   std::mt19937_64 random = TestRandom();
-  ContextOptions options;
-  options.float64 = false;
-  const auto context = Value(OpenContext(options));
+  const auto context = Value(OpenContext({.float64 = false}));
   const CovarianceParameters parameters = ArcsineParameters({1, 20, 3});
   const std::vector<double> points = RandomPoints(random, 30, 2);
   const ConstMatrixView<double> x(points.data(), 30, 2);
@@ -337,9 +335,7 @@ TEST(CrossCovarianceGradient, IsTheGradientOfOneSetAndAgreesWithTheReference) {
 
 TEST(CovarianceGradient, DevicesWithoutFloat64LeaveItToTheHost) {
   std::mt19937_64 random = TestRandom();
-  ContextOptions options;
-  options.float64 = false;
-  const auto context = Value(OpenContext(options));
+  const auto context = Value(OpenContext({.float64 = false}));
   const std::vector<double> points = RandomPoints(random, 30, 3);
   GuardedMatrix<double> w = LowerWeights(random, 30);
   for (const CovarianceParameters& parameters : Covariances()) {

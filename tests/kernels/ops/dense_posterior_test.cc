@@ -108,10 +108,9 @@ TEST_P(DensePosteriorTest, BothFormsOfTheArcsineKeepTheErrorBelowOneMillionth) {
        {std::pair{0.05, "plain"}, {0.3, "plain"}, {4.0, "accurate"}, {300.0, "accurate"}}) {
     for (int repeat = 0; repeat < 20; ++repeat) {
       const std::vector<double> input = RandomPoints(random_, 1, 6);
-      PosteriorModel model;
-      model.covariance = ArcsineParameters(std::vector<double>(7, weight));
-      model.inputs = ConstMatrixView<double>(input.data(), 1, 6);
-      model.alpha = &alpha;
+      const PosteriorModel model{.covariance = ArcsineParameters(std::vector<double>(7, weight)),
+                                 .inputs = ConstMatrixView<double>(input.data(), 1, 6),
+                                 .alpha = &alpha};
       auto posterior = Value(DensePosterior::Create(context(), model));
       if (!TestIsOnReference()) {
         EXPECT_THAT(posterior->description(), testing::HasSubstr(form));
@@ -194,8 +193,7 @@ TEST_P(DensePosteriorTest, ResultsDoNotDependOnTheTileBitForBit) {
     auto posterior = Value(DensePosterior::Create(context(), problem.model(kind)));
     ASSERT_TRUE(
         posterior->Evaluate(ConstMatrixView<float>(queries.data(), m, 6), whole.outputs()).ok());
-    DensePosteriorOptions small;
-    small.memory_cap_bytes = 1;
+    const DensePosteriorOptions small{.memory_cap_bytes = 1};
     auto capped = Value(DensePosterior::Create(context(), problem.model(kind), small));
     for (const int64_t begin : {0, 1, 17, 333, 690}) {
       Results part(m - begin);
@@ -282,9 +280,7 @@ TEST_P(DensePosteriorTest, ShapesOfTheKernelsChangeRoundingAlone) {
     shapes.back().panels_per_group = 3;
   }
   for (const KernelTuning& shape : shapes) {
-    ContextOptions options;
-    options.tuning = shape;
-    const auto context = Value(OpenContext(options));
+    const auto context = Value(OpenContext({.tuning = shape}));
     for (const FactorKind kind : {FactorKind::kCholesky, FactorKind::kInverseCholesky}) {
       // Seconds to compile; the products of an inverse take the same loops.
       if (shape.panel % 2 == 0 && kind != FactorKind::kCholesky) continue;
@@ -338,9 +334,7 @@ TEST_P(DensePosteriorTest, NegativeVariancesAreClampedAndCounted) {
 TEST(HostPosterior, NamesItsCovariance) {
   std::mt19937_64 random = TestRandom();
   const Problem problem = MakeProblem(random, SquaredExponentialParameters({0.5}), 3, 0.3);
-  ContextOptions options;
-  options.device = "reference";
-  const auto context = Value(OpenContext(options));
+  const auto context = Value(OpenContext({.device = "reference"}));
   const auto posterior = Value(DensePosterior::Create(context, problem.model(FactorKind::kNone)));
   EXPECT_EQ(posterior->description(), "reference: float64 on the host, squared_exponential");
 }

@@ -17,6 +17,7 @@
 #include "kernels/ops/grid_interpolation.h"
 #include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/failing_calls.h"
+#include "tests/kernels/ops/posterior_test.h"
 #include "tests/kernels/test_data.h"
 #include "tests/testing/status.h"
 
@@ -107,13 +108,9 @@ TEST_F(DeviceFailureTest, TheDefaultCapHoldsThousandsOfQueriesAtOnce) {
   const auto posterior = Value(DensePosterior::Create(
       TestContext(), problem.model(FactorKind::kCholesky), DensePosteriorOptions()));
   constexpr int64_t kQueries = 5000;
-  std::vector<float> queries;
-  for (const double value : RandomPoints(random_, kQueries, 2)) {
-    queries.push_back(static_cast<float>(value));
-  }
+  const std::vector<float> queries = RandomQueries(random_, kQueries, 2);
   std::vector<float> mean(kQueries);
-  PosteriorOutputs outputs;
-  outputs.mean = mean.data();
+  const PosteriorOutputs outputs{.mean = mean.data()};
   FailCall("clEnqueueNDRangeKernel", 1, CL_OUT_OF_RESOURCES);  // the second start of the kernel
   EXPECT_TRUE(posterior->Evaluate({queries.data(), kQueries, 2, 2}, outputs).ok());
   EXPECT_FALSE(CallHasFailed());
@@ -121,15 +118,11 @@ TEST_F(DeviceFailureTest, TheDefaultCapHoldsThousandsOfQueriesAtOnce) {
 
 TEST_F(DeviceFailureTest, DensePosterior) {
   const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 50, 0.3);
-  DensePosteriorOptions options;
-  options.memory_cap_bytes = 1;  // a tile at a time: calls fail when others have succeeded
-  const auto posterior =
-      Value(DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky), options));
+  // A tile at a time: calls fail when others have succeeded.
+  const auto posterior = Value(DensePosterior::Create(
+      TestContext(), problem.model(FactorKind::kCholesky), {.memory_cap_bytes = 1}));
   constexpr int64_t kQueries = 130;
-  std::vector<float> queries;
-  for (const double value : RandomPoints(random_, kQueries, 2)) {
-    queries.push_back(static_cast<float>(value));
-  }
+  const std::vector<float> queries = RandomQueries(random_, kQueries, 2);
   FailEveryCall(
       [&](Outputs& out) {
         return posterior
@@ -162,8 +155,7 @@ TEST_F(DeviceFailureTest, EnqueuedPosterior) {
   const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 50, 0.3);
   constexpr int64_t kQueries = 130;
   std::vector<float> queries(2 * kQueries, 0.5f);
-  DensePosteriorOptions options;
-  options.memory_cap_bytes = 1;
+  const DensePosteriorOptions options{.memory_cap_bytes = 1};
   for (const char* call :
        {"clCreateCommandQueue", "clCreateKernel", "clCreateBuffer", "clSetKernelArg",
         "clEnqueueNDRangeKernel", "clEnqueueFillBuffer", "clSetEventCallback"}) {

@@ -51,10 +51,8 @@ class DeviceQueueTest : public PosteriorTest {
  protected:
   DeviceQueueTest() {
     if (TestIsOnReference()) return;
-    CovarianceParameters covariance;
-    covariance.function = *CovarianceFunction::Parse("matern52");
-    covariance.scales = {0.7, 1.3};
-    covariance.dimension = 2;
+    const CovarianceParameters covariance{
+        .function = *CovarianceFunction::Parse("matern52"), .scales = {0.7, 1.3}, .dimension = 2};
     problem_ = MakeProblem(random_, covariance, kPoints, 0.3);
     queries_ = RandomQueries(random_, kQueries, 2);
   }
@@ -65,9 +63,7 @@ class DeviceQueueTest : public PosteriorTest {
   std::unique_ptr<DensePosterior> Make(const std::shared_ptr<Context>& context,
                                        int64_t cap = DensePosteriorOptions::kCapOfTheDevice,
                                        FactorKind kind = FactorKind::kCholesky) const {
-    DensePosteriorOptions options;
-    options.memory_cap_bytes = cap;
-    return Value(DensePosterior::Create(context, problem_.model(kind), options));
+    return Value(DensePosterior::Create(context, problem_.model(kind), {.memory_cap_bytes = cap}));
   }
   // Of Evaluate, on the tests' own context with this shape.
   Results Expected(FactorKind kind = FactorKind::kCholesky) const {
@@ -132,9 +128,7 @@ TEST_P(DeviceQueueTest, ReadsAndWritesWhereItIsTold) {
   const cl::Buffer mean = caller.Filled(std::vector<float>(kMeanFirst + kQueries + 1, kUntouched));
   const cl::Buffer variance =
       caller.Filled(std::vector<float>(kVarianceFirst + kQueries + 1, kUntouched));
-  DeviceOutputs outputs;
-  outputs.mean = {mean(), kMeanFirst};
-  outputs.variance = {variance(), kVarianceFirst};
+  DeviceOutputs outputs{.mean = {mean(), kMeanFirst}, .variance = {variance(), kVarianceFirst}};
   ASSERT_TRUE(
       EnqueueAndWait(*posterior, {queries(), kQueries, kFirst, kStride}, outputs, {caller.queue()})
           .ok());
@@ -265,11 +259,8 @@ TEST(AdoptContext, RefusesNullAndOtherDevices) {
 }
 
 TEST(Reference, HasNoQueues) {
-  ContextOptions options;
-  options.device = "reference";
-  const auto context = Value(OpenContext(options));
-  PosteriorModel prior;
-  prior.covariance = ArcsineParameters({1, 2, 3});
+  const auto context = Value(OpenContext({.device = "reference"}));
+  const PosteriorModel prior{.covariance = ArcsineParameters({1, 2, 3})};
   const auto posterior = Value(DensePosterior::Create(context, prior));
   EXPECT_EQ(posterior->Enqueue({}, {}, {}).status().code(), absl::StatusCode::kFailedPrecondition);
 }
@@ -337,9 +328,7 @@ TEST_P(PosteriorArgumentsTest, BadModelsAreNamed) {
   problem.inputs[7] = INFINITY;
   EXPECT_THAT(message_of(problem.model(FactorKind::kNone)),
               testing::HasSubstr("inputs(3, 1) = inf"));
-  DensePosteriorOptions options;
-  options.memory_cap_bytes = 0;
-  EXPECT_FALSE(DensePosterior::Create(context(), model, options).ok());
+  EXPECT_FALSE(DensePosterior::Create(context(), model, {.memory_cap_bytes = 0}).ok());
 }
 
 TEST_P(PosteriorArgumentsTest, VariancesOfAModelWithoutAFactorAreRefused) {

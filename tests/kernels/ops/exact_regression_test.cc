@@ -192,9 +192,7 @@ TEST(ExactRegression, RefusesWhatItCannotTake) {
   EXPECT_EQ(code(data.x(), data.y(), 0.1, {1.0}), kInvalid);
   const std::vector<double> bad(10, -1.0);
   EXPECT_EQ(code(data.x(), data.y(), 0.1, bad), kInvalid);
-  ContextOptions options;
-  options.float64 = false;
-  const auto context = Value(OpenContext(options));
+  const auto context = Value(OpenContext({.float64 = false}));
   EXPECT_EQ(
       RegressOnDevice(*context, parameters, data.x(), data.y(), 0.1, {}, false).status().code(),
       absl::StatusCode::kFailedPrecondition);

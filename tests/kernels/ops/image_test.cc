@@ -31,8 +31,7 @@ constexpr double kTolerance = 8.0 / (1 << 24);
 
 void ExpectFieldMatchesReference(const ImageView& image, int stride, int window) {
   const ImageGrid grid = {image.width, image.height, stride};
-  BoxMeanOptions options;
-  options.window_pixels = window;
+  const BoxMeanOptions options{.window_pixels = window};
   GuardedMatrix<float> field(grid.size(), kBoxMeanColumns, 2);
   ASSERT_EQ(BoxMeansOnGrid(*TestContext(), image, grid, options, field.view()), absl::OkStatus());
   EXPECT_TRUE(field.guards_intact());
@@ -129,8 +128,7 @@ TEST(BoxMeansOnGrid, BadArgumentsAreNamedAndNothingIsWritten) {
     return std::string(status.message());
   };
   for (const int window : {0, -1, 6}) {
-    BoxMeanOptions options;
-    options.window_pixels = window;
+    const BoxMeanOptions options{.window_pixels = window};
     EXPECT_THAT(message_of(image.view, grid, options), testing::HasSubstr("window_pixels"));
   }
   EXPECT_THAT(message_of(image.view, {30, 20, 0}, {}), testing::HasSubstr("stride"));

@@ -3,7 +3,6 @@
 #include <sys/resource.h>
 
 #include <CL/opencl.hpp>
-#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <limits>
@@ -136,9 +135,7 @@ TEST(Uploads, EnqueuedEvaluationsTakeNothing) {
                           queries.size() * sizeof(float), queries.data());
   const cl::Buffer results(context.cl_context(), CL_MEM_WRITE_ONLY, 2 * kQueries * sizeof(float));
   const cl::CommandQueue queue(context.cl_context(), context.cl_device());
-  DeviceOutputs outputs;
-  outputs.mean = {results(), 0};
-  outputs.variance = {results(), kQueries};
+  const DeviceOutputs outputs{.mean = {results(), 0}, .variance = {results(), kQueries}};
   for (int call = 0; call < 3; ++call) {
     TakeHostBytes();
     const auto event = Value(posterior->Enqueue({points(), kQueries}, outputs, {queue()}));
@@ -162,8 +159,7 @@ TEST(MemoryCap, TheWholeCovarianceIsNeverInMemory) {
   std::mt19937_64 random = TestRandom();
   const int64_t n = 1000;
   const int64_t m = 60000;
-  DensePosteriorOptions options;
-  options.memory_cap_bytes = int64_t{16} << 20;
+  const DensePosteriorOptions options{.memory_cap_bytes = int64_t{16} << 20};
   const double noise = 0.3;
   const Problem problem = MakeProblem(random, ArcsineParameters({1, 2, 3}), n, noise);
   const PosteriorModel model = problem.model(FactorKind::kCholesky);
@@ -196,11 +192,7 @@ TEST(MemoryCap, TheWholeCovarianceIsNeverInMemory) {
 
 // A posterior on several devices: every query's result is that of one of them.
 
-std::shared_ptr<Context> Open(const char* device) {
-  ContextOptions options;
-  options.device = device;
-  return Value(OpenContext(options));
-}
+std::shared_ptr<Context> Open(const char* device) { return Value(OpenContext({.device = device})); }
 
 class SharedPosteriorTest : public testing::Test {
  protected:

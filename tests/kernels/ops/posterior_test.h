@@ -53,12 +53,11 @@ inline absl::StatusOr<std::unique_ptr<DensePosterior>> MakeDiagonalPosterior(
                             alpha = RandomPoints(random, n, 1);
   std::vector<double> factor(n * n, 0.0);
   for (int64_t i = 0; i < n; ++i) factor[i * n + i] = 100.0;
-  PosteriorModel model;
-  model.covariance = covariance;
-  model.inputs = ConstMatrixView<double>(inputs.data(), n, dimension);
-  model.alpha = alpha.data();
-  model.factor_kind = FactorKind::kCholesky;
-  model.factor = ConstMatrixView<double>(factor.data(), n, n);
+  const PosteriorModel model{.covariance = covariance,
+                             .inputs = ConstMatrixView<double>(inputs.data(), n, dimension),
+                             .alpha = alpha.data(),
+                             .factor_kind = FactorKind::kCholesky,
+                             .factor = ConstMatrixView<double>(factor.data(), n, n)};
   return DensePosterior::Create(std::move(context), model, options);
 }
 
@@ -85,33 +84,25 @@ inline KernelTuning SmallLocalTiles() {
 }
 
 inline std::shared_ptr<Context> OpenLocalTiles() {
-  ContextOptions options;
-  options.tuning = SmallLocalTiles();
-  static const std::shared_ptr<Context> context = Value(OpenContext(options));
+  static const std::shared_ptr<Context> context = Value(OpenContext({.tuning = SmallLocalTiles()}));
   return context;
 }
 
 // With so little local memory that points of 96 values do not fit in blocks of these sizes.
 inline std::shared_ptr<Context> OpenLittleLocalMemory(int64_t bytes) {
-  ContextOptions options;
-  options.tuning = SmallLocalTiles();
-  options.local_memory_bytes = bytes;
-  return Value(OpenContext(options));
+  return Value(OpenContext({.local_memory_bytes = bytes, .tuning = SmallLocalTiles()}));
 }
 
 // 32 inputs, 96 values per prepared point.
 inline CovarianceParameters WideParameters() {
-  CovarianceParameters parameters;
-  parameters.function = Value(CovarianceFunction::Parse("periodic"));
+  CovarianceParameters parameters{.function = Value(CovarianceFunction::Parse("periodic"))};
   parameters.scales.assign(64, 6.0);                     // lengths
   std::fill_n(parameters.scales.begin() + 32, 32, 3.0);  // periods
   return parameters;
 }
 
 inline std::shared_ptr<Context> OpenOwnMemory() {
-  ContextOptions options;
-  options.shared_memory = false;
-  static const std::shared_ptr<Context> context = Value(OpenContext(options));
+  static const std::shared_ptr<Context> context = Value(OpenContext({.shared_memory = false}));
   return context;
 }
 

@@ -22,6 +22,7 @@
 #include "kernels/runtime/opencl_error.h"
 #include "kernels/runtime/tuning.h"
 #include "tests/kernels/scoped_variable.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
 
 namespace egosieve::kernels {
@@ -76,8 +77,7 @@ TEST(ChooseDevice, WithoutAnyDeviceItSaysWhatToInstall) {
   setenv("OCL_ICD_VENDORS", "/nowhere", 1);
   const std::vector<DeviceInfo> reference_only(1, MadeUpDevices()[3]);
   const auto chosen = ChooseDevice(reference_only, "");
-  EXPECT_EQ(chosen.status().code(), absl::StatusCode::kNotFound);
-  EXPECT_THAT(chosen.status().message(), testing::HasSubstr("pocl-opencl-icd"));
+  EXPECT_THAT(chosen.status(), IsError(absl::StatusCode::kNotFound, "pocl-opencl-icd"));
   EXPECT_EQ(ChosenIndex(reference_only, "reference"), 3);
   unsetenv("OCL_ICD_VENDORS");
 }
@@ -100,19 +100,10 @@ TEST(ListDevices, EndsWithTheReferenceAndNumbersItsElements) {
 }
 
 TEST(OpenContext, OptionsGoBeforeTheEnvironment) {
-  const char* old = std::getenv("EGOSIEVE_DEVICE");
-  const std::string saved = old == nullptr ? "" : old;
-  setenv("EGOSIEVE_DEVICE", "no such device", 1);
+  const ScopedVariable device("EGOSIEVE_DEVICE", "no such device");
   EXPECT_EQ(OpenContext().status().code(), absl::StatusCode::kNotFound);
-  ContextOptions options;
-  options.device = "reference";
-  const auto context = Value(OpenContext(options));
+  const auto context = Value(OpenContext({.device = "reference"}));
   EXPECT_TRUE(context->is_reference());
-  if (old == nullptr) {
-    unsetenv("EGOSIEVE_DEVICE");
-  } else {
-    setenv("EGOSIEVE_DEVICE", saved.c_str(), 1);
-  }
 }
 
 TEST(OpenClErrors, BecomeStatusesWithCallAndCode) {
@@ -197,12 +188,7 @@ TEST(Context, TheLimitOfThreadsHoldsForEachCallOnACpu) {
 
 class DriverCheck : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::create_directories(folder_);
-    setenv("OCL_ICD_VENDORS", folder_.c_str(), 1);
-  }
+  void SetUp() override { setenv("OCL_ICD_VENDORS", folder_.c_str(), 1); }
 
   void Install(const std::string& library) const {
     std::ofstream(folder_ + "/driver.icd") << library << "\n";
@@ -215,7 +201,7 @@ class DriverCheck : public testing::Test {
     return false;
   }
 
-  std::string folder_;
+  const std::string folder_ = FreshFolder();
 };
 
 TEST_F(DriverCheck, NothingInstalledSaysWhatToInstall) {
@@ -334,8 +320,7 @@ TEST(Tuning, DefaultsAreValid) {
     EXPECT_THAT(tuning.Validate().message(), testing::HasSubstr("local_tiles = 1"))
         << FormatTuning(tuning);
   }
-  KernelTuning bad;
-  bad.depth = 3;
+  KernelTuning bad{.depth = 3};
   EXPECT_EQ(bad.Validate().message(), "depth = 3; it must be from 4 to 4096");
 }
 

@@ -1,6 +1,5 @@
 // A process forked from one that has used OpenCL is told so, where its first command would wait for
 // ever.
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <string>
@@ -31,12 +30,9 @@ int NotRefused(const std::shared_ptr<Context>& context) {
   if (!refused(Compute(*context))) return 1;
   if (!refused(OpenContext().status())) return 2;
   if (!refused(ListDevices().status())) return 3;
-  PosteriorModel prior;
-  prior.covariance = {CovarianceFunction::kSquaredExponential, {1.0}, 1.0};
+  const PosteriorModel prior{.covariance = {CovarianceFunction::kSquaredExponential, {1.0}, 1.0}};
   if (!refused(DensePosterior::Create(context, prior).status())) return 4;
-  ContextOptions options;
-  options.device = "reference";
-  const auto reference = OpenContext(options);
+  const auto reference = OpenContext({.device = "reference"});
   return reference.ok() && Compute(**reference).ok() ? 0 : 5;
 }
 
@@ -44,15 +40,12 @@ TEST(Fork, AChildOfAProcessThatUsedOpenClIsRefused) {
   const auto context = Value(OpenContext());
   if (context->is_reference()) GTEST_SKIP() << "the reference survives forks";
   ASSERT_TRUE(Compute(*context).ok());
-  const pid_t child = fork();
-  if (child == 0) {
-    alarm(60);
-    _exit(NotRefused(context));
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  ASSERT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
-  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EXIT(
+      {
+        alarm(60);
+        _exit(NotRefused(context));
+      },
+      testing::ExitedWithCode(0), "");
   EXPECT_TRUE(Compute(*context).ok());
 }
 

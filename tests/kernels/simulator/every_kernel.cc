@@ -1,12 +1,9 @@
 // Runs every kernel once on the device that is there, scalar, in vectors and with tiles in local
 // memory, on small inputs that end inside a vector, a panel and a tile, and compares with the
-// reference. Run under a simulator that watches every access, it shows what the kernels touch. Exit
-// code 0: all agree.
+// reference. Run under a simulator that watches every access, it shows what the kernels touch.
 #include <CL/opencl.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <random>
 #include <string>
 #include <vector>
@@ -22,6 +19,8 @@
 #include "kernels/reference/dense_posterior.h"
 #include "kernels/reference/image.h"
 #include "kernels/runtime/opencl_context.h"
+#include "tests/kernels/test_data.h"
+#include "tests/testing/status.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -30,35 +29,27 @@ constexpr int64_t kPoints = 21;
 constexpr int64_t kQueries = 37;
 constexpr double kTolerance = 1e-4;  // accuracy is other tests' matter
 
-int failures = 0;
-
-void Expect(bool good, const std::string& what) {
-  if (good) return;
-  std::fprintf(stderr, "%s\n", what.c_str());
-  ++failures;
-}
-
 template <typename A, typename B>
 void ExpectNear(const std::vector<A>& actual, const std::vector<B>& expected,
                 const std::string& what) {
-  double worst = 0.0;
-  for (size_t i = 0; i < expected.size(); ++i) {
-    const double error =
-        std::abs(static_cast<double>(actual[i]) - static_cast<double>(expected[i]));
-    if (error > worst || std::isnan(error)) worst = error;
-  }
-  Expect(worst <= kTolerance, what + " is off by " + std::to_string(worst));
+  EXPECT_THAT(actual, testing::Pointwise(testing::Truly([](const auto& pair) {
+                                           return std::abs(std::get<0>(pair) - std::get<1>(pair)) <=
+                                                  kTolerance;
+                                         }),
+                                         expected))
+      << what;
 }
 
 struct Inputs {
-  explicit Inputs(std::mt19937_64& random) {
-    const auto uniform = [&] { return std::ldexp(static_cast<double>(random() >> 11), -52) - 1.0; };
-    for (int64_t i = 0; i < kPoints * 2; ++i) points.push_back(uniform());
-    for (int64_t i = 0; i < kQueries * 2; ++i) queries.push_back(static_cast<float>(uniform()));
-    for (int64_t i = 0; i < kPoints; ++i) {
-      alpha.push_back(uniform());
-      for (int64_t j = 0; j < kPoints; ++j) factor.push_back(i == j ? 3.0 : 0.1 * uniform());
+  explicit Inputs(std::mt19937_64& random)
+      : points(RandomPoints(random, kPoints, 2)),
+        alpha(RandomPoints(random, kPoints, 1)),
+        factor(RandomPoints(random, kPoints, kPoints)) {
+    for (const double value : RandomPoints(random, kQueries, 2)) {
+      queries.push_back(static_cast<float>(value));
     }
+    for (double& value : factor) value *= 0.1;
+    for (int64_t i = 0; i < kPoints; ++i) factor[i * kPoints + i] = 3.0;
   }
   ConstMatrixView<double> x() const { return {points.data(), kPoints, 2}; }
   std::vector<double> points, alpha, factor;
@@ -69,9 +60,7 @@ struct Inputs {
 CovarianceParameters EveryFunction() {
   std::string text = "isotropic(matern52)[1] * constant";
   for (const std::string& name : CovarianceFunction::Names()) text += " + " + name;
-  CovarianceParameters parameters;
-  parameters.function = *CovarianceFunction::Parse(text);
-  parameters.dimension = 2;
+  CovarianceParameters parameters{.function = *CovarianceFunction::Parse(text), .dimension = 2};
   for (const ScaleGroup& group : parameters.function.description().scale_groups()) {
     for (int64_t d = 0; d < group.ScaleCount(2); ++d)
       parameters.scales.push_back(0.4 * group.initial);
@@ -83,27 +72,18 @@ template <typename T>
 void RunCovariance(Context& context, const CovarianceParameters& parameters, const Inputs& inputs) {
   std::vector<T> actual(kPoints * kPoints), expected(kPoints * kPoints);
   for (const Triangle triangle : {Triangle::kFull, Triangle::kLower}) {
-    Expect(CovarianceMatrix<T>(context, parameters, inputs.x(), 0.0, triangle,
-                               {actual.data(), kPoints, kPoints})
-               .ok(),
-           "covariance matrix failed");
+    ASSERT_EQ(CovarianceMatrix<T>(context, parameters, inputs.x(), 0.0, triangle,
+                                  {actual.data(), kPoints, kPoints}),
+              absl::OkStatus());
     reference::CovarianceBlock<T>(parameters, inputs.x(), inputs.x(), triangle == Triangle::kLower,
                                   {expected.data(), kPoints, kPoints});
     ExpectNear(actual, expected, "covariance matrix");
   }
-  const auto gradient =
-      CovarianceGradient(context, parameters, inputs.x(), {inputs.factor.data(), kPoints, kPoints});
-  Expect(gradient.ok(), "covariance gradient failed");
-  if (gradient.ok()) {
-    ExpectNear(*gradient,
-               reference::CovarianceGradient(parameters, inputs.x(),
-                                             {inputs.factor.data(), kPoints, kPoints}),
-               "covariance gradient");
-  }
-  const auto cross =
-      CrossCovarianceGradient(context, parameters, inputs.x(), inputs.x().rows_between(2, 7),
-                              {inputs.factor.data(), kPoints, 5, kPoints});
-  Expect(cross.ok(), "cross gradient failed");
+  const ConstMatrixView<double> weights(inputs.factor.data(), kPoints, kPoints);
+  ExpectNear(Value(CovarianceGradient(context, parameters, inputs.x(), weights)),
+             reference::CovarianceGradient(parameters, inputs.x(), weights), "covariance gradient");
+  Value(CrossCovarianceGradient(context, parameters, inputs.x(), inputs.x().rows_between(2, 7),
+                                {inputs.factor.data(), kPoints, 5, kPoints}));
 }
 
 // From and to the device's memory.
@@ -121,10 +101,7 @@ void RunOnQueue(const Context& context, const DensePosterior& posterior, const I
   outputs.mean.memory = mean();
   if (all) outputs.variance.memory = variance();
   if (all) outputs.probability.memory = probability();
-  const auto event = posterior.Enqueue({queries(), kQueries}, outputs, {queue()});
-  Expect(event.ok(), "enqueuing failed");
-  if (!event.ok()) return;
-  cl::Event(*event).wait();
+  cl::Event(Value(posterior.Enqueue({queries(), kQueries}, outputs, {queue()}))).wait();
   const cl::Buffer* buffers[] = {&mean, &variance, &probability};
   for (int i = 0; i < (all ? 3 : 1); ++i) {
     queue.enqueueReadBuffer(*buffers[i], CL_TRUE, 0, kBytes, results[i]->data());
@@ -135,30 +112,25 @@ void RunPosterior(const std::shared_ptr<Context>& context, const CovarianceParam
                   const Inputs& inputs) {
   for (const FactorKind kind :
        {FactorKind::kNone, FactorKind::kCholesky, FactorKind::kInverseCholesky}) {
-    PosteriorModel model;
-    model.covariance = parameters;
-    model.inputs = inputs.x();
-    model.alpha = inputs.alpha.data();
-    model.factor_kind = kind;
-    model.factor = {inputs.factor.data(), kPoints, kPoints};
-    const auto posterior = DensePosterior::Create(context, model);
-    Expect(posterior.ok(), "posterior failed");
-    if (!posterior.ok()) continue;
+    const PosteriorModel model{.covariance = parameters,
+                               .inputs = inputs.x(),
+                               .alpha = inputs.alpha.data(),
+                               .factor_kind = kind,
+                               .factor = {inputs.factor.data(), kPoints, kPoints}};
+    const auto posterior = Value(DensePosterior::Create(context, model));
     std::vector<float> mean(kQueries), variance(kQueries), probability(kQueries);
     std::vector<double> means(kQueries), variances(kQueries), probabilities(kQueries);
     const bool all = kind != FactorKind::kNone;
     const ConstMatrixView<float> queries(inputs.queries.data(), kQueries, 2);
-    const auto counts = (*posterior)
-                            ->Evaluate(queries, {mean.data(), all ? variance.data() : nullptr,
-                                                 all ? probability.data() : nullptr});
-    Expect(counts.ok(), "evaluation failed");
+    Value(posterior->Evaluate(queries, {mean.data(), all ? variance.data() : nullptr,
+                                        all ? probability.data() : nullptr}));
     reference::DensePosterior(model).Evaluate(queries, means.data(),
                                               all ? variances.data() : nullptr,
                                               all ? probabilities.data() : nullptr);
     ExpectNear(mean, means, "mean");
     ExpectNear(variance, variances, "variance");
     ExpectNear(probability, probabilities, "probability");
-    RunOnQueue(*context, **posterior, inputs, all, {&mean, &variance, &probability});
+    RunOnQueue(*context, *posterior, inputs, all, {&mean, &variance, &probability});
     ExpectNear(mean, means, "mean on a queue");
     ExpectNear(variance, variances, "variance on a queue");
     ExpectNear(probability, probabilities, "probability on a queue");
@@ -169,15 +141,14 @@ void RunPosterior(const std::shared_ptr<Context>& context, const CovarianceParam
 void RunRegression(Context& context, const CovarianceParameters& parameters, const Inputs& inputs) {
   const double noise = 0.5;
   const ConstMatrixView<double> y(inputs.alpha.data(), kPoints, 1);
-  const auto found = RegressOnDevice(context, parameters, inputs.x(), y, noise, {}, true);
-  Expect(found.ok() && found->bad_row == -1, "regression failed");
-  if (!found.ok() || found->bad_row >= 0) return;
+  const auto found = Value(RegressOnDevice(context, parameters, inputs.x(), y, noise, {}, true));
+  ASSERT_EQ(found.bad_row, -1);
   std::vector<double> k(kPoints * kPoints), product(kPoints);
   reference::CovarianceBlock<double>(parameters, inputs.x(), inputs.x(), false,
                                      {k.data(), kPoints, kPoints});
   for (int64_t i = 0; i < kPoints; ++i) {
-    product[i] = noise * found->alpha[i];
-    for (int64_t j = 0; j < kPoints; ++j) product[i] += k[i * kPoints + j] * found->alpha[j];
+    product[i] = noise * found.alpha[i];
+    for (int64_t j = 0; j < kPoints; ++j) product[i] += k[i * kPoints + j] * found.alpha[j];
   }
   ExpectNear(product, inputs.alpha, "regression");
 }
@@ -203,13 +174,9 @@ void RunLinearAlgebra(Context& context, const Inputs& inputs) {
   using opencl::DeviceLinearAlgebra;
   using opencl::DeviceMatrix;
   constexpr int64_t kColumns = 3;
-  const auto workspace = context.Borrow("simulating");
-  Expect(workspace.ok(), "no workspace");
-  if (!workspace.ok()) return;
-  auto algebra = DeviceLinearAlgebra::Create(context, **workspace, {8, 2, 4});
-  Expect(algebra.ok(), "no linear algebra");
-  if (!algebra.ok()) return;
-  const cl::CommandQueue& queue = (*workspace)->queue();
+  const auto workspace = Value(context.Borrow("simulating"));
+  auto algebra = Value(DeviceLinearAlgebra::Create(context, *workspace, {8, 2, 4}));
+  const cl::CommandQueue& queue = workspace->queue();
   const auto upload = [&](const std::vector<double>& values, int64_t columns) {
     DeviceMatrix matrix = opencl::NewDeviceMatrix(context, kPoints, columns);
     queue.enqueueWriteBuffer(matrix.buffer, CL_TRUE, 0, values.size() * sizeof(double),
@@ -227,14 +194,14 @@ void RunLinearAlgebra(Context& context, const Inputs& inputs) {
   const cl::Buffer bad(context.cl_context(), CL_MEM_READ_WRITE, sizeof(cl_int));
   queue.enqueueFillBuffer(bad, cl_int{-1}, 0, sizeof(cl_int));
   const opencl::DeviceFactor factor =
-      algebra->Factorize(upload(a, kPoints), upload(std::vector<double>(kPoints, 1e-13), 1), bad);
+      algebra.Factorize(upload(a, kPoints), upload(std::vector<double>(kPoints, 1e-13), 1), bad);
   const std::vector<double> b(inputs.factor.begin(), inputs.factor.begin() + kPoints * kColumns);
   DeviceMatrix x = upload(b, kColumns);
-  algebra->SolveLower(factor, x);
-  algebra->SolveLowerTransposed(factor, x);
+  algebra.SolveLower(factor, x);
+  algebra.SolveLowerTransposed(factor, x);
   ExpectNear(TimesSymmetric(a, download(x), kColumns), b, "solution across tiles");
   DeviceMatrix inverse = opencl::NewDeviceMatrix(context, kPoints, kPoints);
-  algebra->MultiplyInverse(algebra->InvertLower(factor), inverse);
+  algebra.MultiplyInverse(algebra.InvertLower(factor), inverse);
   std::vector<double> whole = download(inverse), identity(kPoints * kPoints, 0.0);
   for (int64_t i = 0; i < kPoints; ++i) {
     identity[i * kPoints + i] = 1.0;
@@ -251,28 +218,27 @@ void RunImage(Context& context, std::mt19937_64& random) {
     for (const int stride : {1, 5}) {
       const ImageGrid grid = {19, 11, stride};
       std::vector<float> actual(grid.size() * 6), expected(grid.size() * 6);
-      Expect(BoxMeansOnGrid(context, image, grid, {}, {actual.data(), grid.size(), 6}).ok(),
-             "field failed");
+      ASSERT_EQ(BoxMeansOnGrid(context, image, grid, {}, {actual.data(), grid.size(), 6}),
+                absl::OkStatus());
       reference::BoxMeansOnGrid(image, grid, 7, {expected.data(), grid.size(), 6});
       ExpectNear(actual, expected, "box means on a grid");
       std::vector<float> map(19 * 11), expected_map(19 * 11);
       const ConstMatrixView<float> values(expected.data(), grid.rows(), grid.columns());
-      Expect(GridInterpolation(context, grid, values, {map.data(), 11, 19}).ok(),
-             "interpolation failed");
+      ASSERT_EQ(GridInterpolation(context, grid, values, {map.data(), 11, 19}), absl::OkStatus());
       reference::GridInterpolation(grid, values, {expected_map.data(), 11, 19});
       ExpectNear(map, expected_map, "interpolation");
     }
     const std::vector<double> points = {0.0, 0.0, 18.0, 10.0, 7.3, 4.6};
     std::vector<float> actual(18), expected(18);
-    Expect(BoxMeansAt(context, image, {points.data(), 3, 2}, {}, {actual.data(), 3, 6}).ok(),
-           "points failed");
+    ASSERT_EQ(BoxMeansAt(context, image, {points.data(), 3, 2}, {}, {actual.data(), 3, 6}),
+              absl::OkStatus());
     reference::BoxMeansAt(image, {points.data(), 3, 2}, 7, {expected.data(), 3, 6});
     ExpectNear(actual, expected, "box means");
   }
 }
 
-int Run(const std::string& device) {
-  std::mt19937_64 random(1);
+TEST(EveryKernel, AgreesWithTheReference) {
+  std::mt19937_64 random = TestRandom();
   const Inputs inputs(random);
   std::vector<KernelTuning> shapes;
   for (const int lanes : {1, 4, 16}) {
@@ -292,36 +258,27 @@ int Run(const std::string& device) {
   shapes.back().width = 3;
   shapes.back().mean_width = 2;
   for (const KernelTuning& shape : shapes) {
-    ContextOptions options;
-    options.device = device;
-    options.tuning = shape;
+    ContextOptions options{.tuning = shape};
     options.tuning->groups_per_unit = 2;
     // The points of EveryFunction need smaller blocks.
     if (shape.local_tiles) options.local_memory_bytes = 1536;
-    const auto context = OpenContext(options);
-    if (!context.ok()) {
-      std::fprintf(stderr, "%s\n", context.status().ToString().c_str());
-      return 2;
-    }
-    std::printf("%s, %d lanes%s\n", (*context)->info().name.c_str(), shape.float_lanes,
+    const auto context = Value(OpenContext(options));
+    std::printf("%s, %d lanes%s\n", context->info().name.c_str(), shape.float_lanes,
                 shape.local_tiles ? ", tiles in local memory" : "");
     for (const CovarianceParameters& parameters :
          {CovarianceParameters{CovarianceFunction::kArcsine, {0.3, 0.3, 0.3}, 1.0},
           CovarianceParameters{CovarianceFunction::kArcsine, {1.0, 5.0, 2.0}, 1.0},
           CovarianceParameters{CovarianceFunction::kSquaredExponential, {0.5, 1.0}, 1.0},
           EveryFunction()}) {
-      RunCovariance<float>(**context, parameters, inputs);
-      RunCovariance<double>(**context, parameters, inputs);
-      RunPosterior(*context, parameters, inputs);
+      RunCovariance<float>(*context, parameters, inputs);
+      RunCovariance<double>(*context, parameters, inputs);
+      RunPosterior(context, parameters, inputs);
     }
-    RunRegression(**context, EveryFunction(), inputs);
-    if (shape == shapes.front()) RunLinearAlgebra(**context, inputs);  // the same for all
-    RunImage(**context, random);
+    RunRegression(*context, EveryFunction(), inputs);
+    if (shape == shapes.front()) RunLinearAlgebra(*context, inputs);  // the same for all
+    RunImage(*context, random);
   }
-  return failures == 0 ? 0 : 1;
 }
 
 }  // namespace
 }  // namespace egosieve::kernels
-
-int main(int argc, char** argv) { return egosieve::kernels::Run(argc > 1 ? argv[1] : ""); }

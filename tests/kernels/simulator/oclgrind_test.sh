@@ -14,7 +14,7 @@ fi
 export ASAN_OPTIONS=verify_asan_link_order=0:detect_leaks=0
 # Reports go to the standard error, where the program writes only what fails; with --log they are lost.
 reports="${TEST_TMPDIR:-/tmp}/oclgrind.txt"
-out=$(oclgrind --data-races --check-api --max-errors 20 "$1" Oclgrind 2> "$reports")
+out=$(EGOSIEVE_DEVICE=Oclgrind oclgrind --data-races --check-api --max-errors 20 "$1" 2> "$reports")
 code=$?
 echo "$out"
 cat "$reports"

@@ -1,7 +1,6 @@
 #include "tools/batch/drives.h"
 
 #include <signal.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -10,8 +9,9 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
-#include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/program.h"
 #include "tools/batch/slurm.h"
 #include "tools/run_folder/run_folder.h"
 
@@ -179,16 +179,6 @@ class Slurm : public testing::Test {
     return process;
   }
 
-  static int Wait(pid_t process) {
-    int status = 0;
-    waitpid(process, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
-
-  void WaitForFile(const std::string& path) const {
-    for (int i = 0; i < 60000 && !fs::exists(path); ++i) usleep(1000);
-  }
-
   std::string root_, before_;
   SlurmOptions options_;
 };
@@ -266,9 +256,8 @@ TEST_F(Slurm, WhatIsQueuedIsNotSubmittedAgain) {
 
 TEST_F(Slurm, AQueueThatIsNotToldIsNoEmptyOne) {
   StandIn("squeue", "echo no answer >&2; exit 1");
-  const absl::Status status = SubmitToSlurm(Plan(1), {0}, options_).status();
-  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
-  EXPECT_THAT(status.message(), HasSubstr("no answer"));
+  EXPECT_THAT(SubmitToSlurm(Plan(1), {0}, options_),
+              IsError(absl::StatusCode::kUnavailable, "no answer"));
 }
 
 TEST_F(Slurm, PathsAreAsTheyAre) {
@@ -282,7 +271,7 @@ TEST_F(Slurm, PathsAreAsTheyAre) {
 TEST_F(Slurm, AScriptGivesItsTasksExitCode) {
   for (const auto& [code, told] : std::vector<std::pair<int, int>>{{0, 0}, {4, 0}, {3, 3}}) {
     StandIn("it's egosieve", "echo \"$@\" >" + root_ + "/called; exit " + absl::StrCat(code));
-    EXPECT_EQ(Wait(Start("3", "2")), told);
+    EXPECT_EQ(WaitForProgram(Start("3", "2")), told);
   }
   EXPECT_EQ(*ReadFile(root_ + "/called"),
             "batch " + options_.folder + "/submitted.json --task=5\n");
@@ -297,9 +286,9 @@ TEST_F(Slurm, ATaskWhoseTimeIsOverDrainsAndIsQueuedAgain) {
     fs::remove(root_ + "/drained");
     fs::remove(root_ + "/requeued");
     const pid_t process = Start("0", "1");
-    WaitForFile(root_ + "/ready");
+    WaitUntil([&] { return fs::exists(root_ + "/ready"); });
     kill(process, signal);
-    const int code = Wait(process);
+    const int code = WaitForProgram(process);
     EXPECT_TRUE(fs::exists(root_ + "/drained"));
     // SIGTERM alone is scancel, or a preemption after which Slurm itself queues it again.
     EXPECT_EQ(code, signal == SIGUSR1 ? 0 : 130);
@@ -312,7 +301,7 @@ TEST_F(Slurm, ASignalAtATasksBeginningIsNotLost) {
   StandIn("it's egosieve", "trap 'exit 130' TERM\nkill -USR1 $PPID\nwhile :; do sleep 0.05; done");
   for (int i = 0; i < 5; ++i) {
     fs::remove(root_ + "/requeued");
-    EXPECT_EQ(Wait(Start("0", "1")), 0);
+    EXPECT_EQ(WaitForProgram(Start("0", "1")), 0);
     EXPECT_EQ(ReadFile(root_ + "/requeued").value_or(""), "requeue 7_1\n");
   }
 }

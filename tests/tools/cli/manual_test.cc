@@ -1,6 +1,5 @@
 // The manual page and bash's completion of the program itself, read by troff and by bash.
 #include <cstdio>
-#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -10,7 +9,7 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
-#include "tests/tools/testing/fresh_folder.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/program.h"
 #include "tools/run_folder/atomic_file.h"
@@ -18,19 +17,10 @@
 namespace egosieve::tools {
 namespace {
 
-using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::IsSupersetOf;
-
-std::string Output(const std::string& command) {
-  std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
-  std::string output;
-  char buffer[4096];
-  while (pipe != nullptr && fgets(buffer, sizeof buffer, pipe.get()) != nullptr) output += buffer;
-  return output;
-}
 
 std::vector<std::string> Words(const std::string& text) {
   return absl::StrSplit(text, absl::ByAnyChar(" \n"), absl::SkipEmpty());
@@ -84,10 +74,10 @@ class Completion : public testing::Test {
   // What bash offers for the last of the words, as it splits the line. compopt works only while a
   // line is being edited.
   std::vector<std::string> Of(const std::string& words) const {
-    return Words(Output(absl::StrCat("bash -c 'compopt() { :; }; . ", script_,
-                                     "; COMP_WORDS=(egosieve ", words,
-                                     "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _egosieve; printf "
-                                     "\"%s\\n\" \"${COMPREPLY[@]}\"' 2>&1")));
+    return Words(ShellOutput(
+        absl::StrCat("bash -c 'compopt() { :; }; . ", script_, "; COMP_WORDS=(egosieve ", words,
+                     "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _egosieve; printf "
+                     "\"%s\\n\" \"${COMPREPLY[@]}\"' 2>&1")));
   }
 
   std::string script_;
@@ -157,9 +147,9 @@ TEST(Manual, TellsEveryCommandAndFlagWithoutTroffsWarnings) {
   const ProgramOutcome outcome = RunProgram({"--man"});
   ASSERT_EQ(outcome.code, 0);
   ASSERT_TRUE(WriteFileAtomically(path, outcome.out).ok());
-  if (Output("command -v groff").empty()) GTEST_SKIP() << "there is no groff";
-  EXPECT_EQ(Output("groff -man -ww -z " + path + " 2>&1"), "");
-  const std::string page = Output("groff -man -Tascii -P-cbou -rLL=200n " + path);
+  if (ShellOutput("command -v groff").empty()) GTEST_SKIP() << "there is no groff";
+  EXPECT_EQ(ShellOutput("groff -man -ww -z " + path + " 2>&1"), "");
+  const std::string page = ShellOutput("groff -man -Tascii -P-cbou -rLL=200n " + path);
   const std::vector<std::string> words = Words(absl::StrReplaceAll(page, {{",", " "}, {"=", " "}}));
   const std::set<std::string> told(words.begin(), words.end());
   for (const std::string& command : Commands()) {

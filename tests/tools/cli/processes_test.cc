@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "tests/testing/status.h"
+#include "tests/tools/testing/program.h"
 #include "tools/cli/child_process.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
@@ -36,8 +37,7 @@ TEST(RunChild, TellsSignalsAndProgramsThatAreNotThere) {
   const std::string log = testing::TempDir() + "/child.log";
   EXPECT_EQ(*RunChild({"/bin/sh", "-c", "kill -9 $$"}, log, kGoOn), 128 + 9);
   const auto missing = RunChild({"/no/such/program"}, log, kGoOn);
-  EXPECT_EQ(missing.status().code(), absl::StatusCode::kUnavailable);
-  EXPECT_THAT(missing.status().message(), HasSubstr("/no/such/program"));
+  EXPECT_THAT(missing.status(), IsError(absl::StatusCode::kUnavailable, "/no/such/program"));
 }
 
 TEST(RunChild, AStopRequestInterruptsTheChild) {
@@ -64,18 +64,13 @@ TEST(RunChild, AKilledParentEndsTheChild) {
     (void)RunChild({"/bin/sh", "-c", script}, testing::TempDir() + "/child.log", kGoOn);
     _exit(1);
   }
-  // Within a minute.
-  const auto wait_until = [](const auto& condition) {
-    for (int i = 0; i < 60000 && !condition(); ++i) usleep(1000);
-    return condition();
-  };
-  ASSERT_TRUE(wait_until([&] { return ReadFile(pid_path).ok(); }));
+  ASSERT_TRUE(WaitUntil([&] { return ReadFile(pid_path).ok(); }));
   const pid_t child = static_cast<pid_t>(std::stoi(*ReadFile(pid_path)));
   EXPECT_EQ(kill(child, 0), 0);
   kill(parent, SIGKILL);
   waitpid(parent, nullptr, 0);
   // Gone, or dead and waiting for its new parent to notice.
-  EXPECT_TRUE(wait_until([&] {
+  EXPECT_TRUE(WaitUntil([&] {
     const auto stat = ReadFile(absl::StrCat("/proc/", child, "/stat"));
     return !stat.ok() || stat->find(") Z ") != std::string::npos;
   }));

@@ -43,12 +43,23 @@ void ExpectAsOpenCv(const vision::Lens& lens, const cv::Mat& coefficients) {
   }
 }
 
+struct Case {
+  const char* model;
+  std::vector<double> parameters, coefficients;
+};
+
+void ExpectAsOpenCv(const std::vector<Case>& cases, bool is_fisheye) {
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.model);
+    const vision::Lens lens = Value(LensOf(CameraOf(each.model, each.parameters)));
+    EXPECT_EQ(lens.is_fisheye, is_fisheye);
+    EXPECT_EQ(lens.is_pinhole(), !is_fisheye && each.coefficients[0] == 0.0);
+    ExpectAsOpenCv(lens, cv::Mat(each.coefficients, true));
+  }
+}
+
 TEST(ColmapLens, MapsPerspectiveModelsAsOpenCvDoes) {
-  struct Case {
-    const char* model;
-    std::vector<double> parameters, coefficients;
-  };
-  const Case cases[] = {
+  const std::vector<Case> cases = {
       {"SIMPLE_PINHOLE", {60, 48, 32}, {0, 0, 0, 0}},
       {"PINHOLE", {60, 65, 49, 31}, {0, 0, 0, 0}},
       {"SIMPLE_RADIAL", {60, 48, 32, -0.2}, {-0.2, 0, 0, 0}},
@@ -57,31 +68,17 @@ TEST(ColmapLens, MapsPerspectiveModelsAsOpenCvDoes) {
       {"FULL_OPENCV",
        {60, 65, 49, 31, -0.2, 0.05, 0.01, -0.02, 0.03, 0.1, 0.04, 0.02},
        {-0.2, 0.05, 0.01, -0.02, 0.03, 0.1, 0.04, 0.02}}};
-  for (const Case& each : cases) {
-    SCOPED_TRACE(each.model);
-    const vision::Lens lens = Value(LensOf(CameraOf(each.model, each.parameters)));
-    EXPECT_EQ(lens.is_pinhole(), each.coefficients[0] == 0.0);
-    ExpectAsOpenCv(lens, cv::Mat(each.coefficients, true));
-  }
+  ExpectAsOpenCv(cases, /*is_fisheye=*/false);
 }
 
 TEST(ColmapLens, MapsFisheyesAsOpenCvDoes) {
-  struct Case {
-    const char* model;
-    std::vector<double> parameters, coefficients;
-  };
-  const Case cases[] = {
+  const std::vector<Case> cases = {
       {"SIMPLE_FISHEYE", {60, 48, 32}, {0, 0, 0, 0}},
       {"FISHEYE", {60, 65, 49, 31}, {0, 0, 0, 0}},
       {"SIMPLE_RADIAL_FISHEYE", {60, 48, 32, -0.1}, {-0.1, 0, 0, 0}},
       {"RADIAL_FISHEYE", {60, 48, 32, -0.1, 0.04}, {-0.1, 0.04, 0, 0}},
       {"OPENCV_FISHEYE", {60, 65, 49, 31, -0.1, 0.04, 0.02, -0.03}, {-0.1, 0.04, 0.02, -0.03}}};
-  for (const Case& each : cases) {
-    SCOPED_TRACE(each.model);
-    const vision::Lens lens = Value(LensOf(CameraOf(each.model, each.parameters)));
-    EXPECT_FALSE(lens.is_pinhole());
-    ExpectAsOpenCv(lens, cv::Mat(each.coefficients, true));
-  }
+  ExpectAsOpenCv(cases, /*is_fisheye=*/true);
 }
 
 TEST(ColmapLens, RefusesWhatItCannotMap) {

@@ -1,6 +1,5 @@
 #include "tools/colmap/sparse_model.h"
 
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <limits>
@@ -8,8 +7,8 @@
 #include <string>
 
 #include "absl/strings/str_replace.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tools/colmap/model_files.h"
 #include "tools/run_folder/atomic_file.h"
 

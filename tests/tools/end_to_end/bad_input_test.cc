@@ -12,8 +12,8 @@
 
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
@@ -26,7 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 class BadInput : public testing::Test {
  protected:
@@ -45,11 +44,7 @@ class BadInput : public testing::Test {
 
   // One line, the exit code, what it must say; and no run folder.
   void ExpectRefused(const ProgramOutcome& outcome, int code, const std::string& what) const {
-    EXPECT_EQ(outcome.code, code) << outcome.err;
-    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
-    EXPECT_THAT(outcome.err, StartsWith("egosieve: "));
-    EXPECT_THAT(outcome.err, HasSubstr(what));
-    EXPECT_THAT(outcome.err, HasSubstr("; ")) << "it does not say what to do";
+    ExpectErrorLine(outcome, code, what);
     EXPECT_EQ(outcome.out, "");
     EXPECT_FALSE(fs::exists(out_ + "/run.json"));
   }

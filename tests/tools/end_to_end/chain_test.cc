@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_split.h"
 #include "nlohmann/json.hpp"
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
@@ -102,9 +102,7 @@ TEST(Chain, AFocalLengthLearntOnTheWayIsKept) {
 
 TEST(Chain, ProgressAsJsonIsJson) {
   const std::string root = FreshFolder();
-  PatchDriveOptions options;
-  options.frames = 3;
-  WritePatchDrive(root, options);
+  WritePatchDrive(root, {.frames = 3});
   const ProgramOutcome outcome = RunProgram(
       {"segment", root + "/frames", "--out=" + root + "/run", "--budget=100", "--progress=json"});
   int64_t done = 0, read_before = 0;
@@ -126,8 +124,7 @@ TEST(Chain, ProgressAsJsonIsJson) {
 // Evaluation of a run and of many drives, as a user runs it.
 
 void WriteDrives(const std::string& suite) {
-  PatchDriveOptions options;
-  options.frames = 5;
+  PatchDriveOptions options{.frames = 5};
   WritePatchDrive(suite + "/easy/one", options);
   options.frames = 4;
   WritePatchDrive(suite + "/easy/two", options);
@@ -169,9 +166,7 @@ TEST(Suite, ScoresWhatItCanAndSaysWhatFailed) {
 
 TEST(Evaluate, BoxesBesideTheFramesAreScored) {
   const std::string root = FreshFolder(), run = root + "/run";
-  PatchDriveOptions options;
-  options.frames = 4;
-  WritePatchDrive(root, options);
+  WritePatchDrive(root, {.frames = 4});
   ASSERT_THAT(RunProgram({"segment", root + "/frames", "--out=" + run, "--budget=300", "--ahead=0",
                           "--progress=none"}),
               Succeeds());

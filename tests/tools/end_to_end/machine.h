@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "tests/kernels/scoped_variable.h"
-#include "tests/tools/testing/fresh_folder.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/tools/testing/program.h"
 #include "tools/run_folder/atomic_file.h"
 
@@ -24,18 +24,12 @@ class Machine : public ::testing::Test {
     const std::string err = root_ + "/err.txt";
     setenv("EGOSIEVE", ProgramPath().c_str(), 1);
     const int status = std::system(absl::StrCat("{ ", line, "; } 2> ", err).c_str());
-    ProgramOutcome outcome;
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    outcome.err = *ReadFile(err);
-    return outcome;
+    return {.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+            .err = *ReadFile(err)};
   }
 
   static void ExpectOneLine(const ProgramOutcome& outcome, const std::string& what) {
-    EXPECT_EQ(outcome.code, 1) << outcome.err;
-    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
-    EXPECT_THAT(outcome.err, ::testing::StartsWith("egosieve: "));
-    EXPECT_THAT(outcome.err, ::testing::HasSubstr("; ")) << "it does not say what to do";
-    EXPECT_THAT(outcome.err, ::testing::HasSubstr(what));
+    ExpectErrorLine(outcome, 1, what);
   }
 
   // Sanitizers need their lines on stderr, and a library that aborts then ends the program.

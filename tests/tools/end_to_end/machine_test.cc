@@ -75,9 +75,7 @@ TEST_F(Machine, ASignalByWhichALibraryEndsTheProgram) {
                                        "/dev/null", err);
     WaitUntil([&] { return Catches(process, signal); });
     kill(process, signal);
-    ProgramOutcome outcome;
-    outcome.code = WaitForProgram(process);
-    outcome.err = *ReadFile(err);
+    ProgramOutcome outcome{.code = WaitForProgram(process), .err = *ReadFile(err)};
     if (signal != SIGABRT) {
       EXPECT_EQ(outcome.code, 128 + signal) << "the shell sees the signal, the system makes a core";
       outcome.code = 1;

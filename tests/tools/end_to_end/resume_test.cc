@@ -14,8 +14,8 @@
 #include <thread>
 
 #include "absl/strings/str_format.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"

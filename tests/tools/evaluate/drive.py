@@ -8,6 +8,10 @@
 """
 
 import json
+import os
+import tempfile
+import unittest
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -19,6 +23,15 @@ OBJECTS = [  # id, class, relation, moving, distance, (x, y), step, half size
     (2, "pedestrian", "crossing", True, 22.0, (70, 40), (-4, 1), (3, 7)),
     (3, "van", "standing", False, 45.0, (50, 12), (0, 0), (8, 5)),
 ]
+
+
+class FolderCase(unittest.TestCase):
+    """With an empty folder, `root`."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(dir=os.environ.get("TEST_TMPDIR"))
+        self.addCleanup(folder.cleanup)
+        self.root = Path(folder.name)
 
 
 def noise(frame, salt, shape):

@@ -5,7 +5,6 @@ import io
 import json
 import os
 import sys
-import tempfile
 import unittest
 from pathlib import Path
 
@@ -40,12 +39,7 @@ def run(*arguments):
     return code, out.getvalue(), err.getvalue()
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory(dir=os.environ.get('TEST_TMPDIR'))
-        self.addCleanup(folder.cleanup)
-        self.root = Path(folder.name)
-
+class Case(drive.FolderCase):
     def same(self, expected, actual, where='', within=1e-6):
         """Of structures of numbers."""
         if isinstance(expected, dict):

@@ -2,7 +2,6 @@
 
 import os
 import sys
-import tempfile
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,13 +18,6 @@ from evaluate.files import InputError, UsageError  # noqa: E402
 from evaluate.run_folder import Grid  # noqa: E402
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory(dir=os.environ.get('TEST_TMPDIR'))
-        self.addCleanup(folder.cleanup)
-        self.root = Path(folder.name)
-
-
 class Doubt(unittest.TestCase):
     def test_ranks_bad_masks_by_the_expected_overlap(self):
         # Bad 0.35, 0.45; others 0.45, 0.6, 0.2: of six pairs three are won and one is tied.
@@ -39,7 +31,7 @@ class Doubt(unittest.TestCase):
         self.assertEqual(doubt.describe([]), '')
 
 
-class Pixels(Case):
+class Pixels(drive.FolderCase):
     def test_ranking_with_ties(self):
         # Positives 10, 20; negatives 10, 5: of four pairs three are won, one is tied.
         counts = pixel_scores.Counts([10, 20, 10, 5], [True, True, False, False])
@@ -93,7 +85,7 @@ class Pixels(Case):
         self.assertEqual(one.to_json()['error_auc'], 1.0)
 
 
-class Outlines(Case):
+class Outlines(drive.FolderCase):
     def square(self, x, size=12):
         mask = np.zeros((60, 80), bool)
         mask[20:20 + size, x:x + size] = True
@@ -134,7 +126,7 @@ class Outlines(Case):
         self.assertEqual(cost[tuple(path.T)].sum(), 18)
 
 
-class Things(Case):
+class Things(drive.FolderCase):
     def test_a_region_over_two_objects_is_shared(self):
         ids = np.zeros((4, 20), int)
         ids[:, 2:6], ids[:, 10:14] = 5, 6
@@ -230,7 +222,7 @@ class Things(Case):
         self.assertIsNone(box_scores.mean_in_middle(outside, ramp, Grid(11, 11, 5)))
 
 
-class Motion(Case):
+class Motion(drive.FolderCase):
     def pose(self, turn, x, z):
         c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
         return np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]), np.array([x, 0, z])
@@ -268,7 +260,7 @@ class Motion(Case):
             {'focal_pixels': 110, 'width': 200}, {'focal_pixels': 50, 'width': 100}), 10)
 
 
-class Readers(Case):
+class Readers(drive.FolderCase):
     def bad(self, reader, text, message, error=InputError):
         (self.root / 'table').write_text(text)
         with self.assertRaisesRegex(error, message):

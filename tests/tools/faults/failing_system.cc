@@ -107,8 +107,16 @@ bool AllocationFails(size_t size) {
   return true;
 }
 
-mode_t ModeOf(int flags, va_list arguments) {
-  return (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, mode_t) : 0;
+int Open(const char* name, const char* path, int flags, va_list arguments) {
+  const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, mode_t) : 0;
+  if (Below(path) && Fails(FaultKind::kOpen)) return Refuse(EMFILE);
+  return Next<decltype(open)>(name)(path, flags, mode);
+}
+
+FILE* OpenStream(const char* name, const char* path, const char* mode) {
+  if (!Below(path) || !Fails(FaultKind::kOpen)) return Next<decltype(fopen)>(name)(path, mode);
+  errno = EMFILE;
+  return nullptr;
 }
 
 }  // namespace
@@ -158,36 +166,22 @@ int rename(const char* from, const char* to) {
 int open(const char* path, int flags, ...) {
   va_list arguments;
   va_start(arguments, flags);
-  const mode_t mode = ModeOf(flags, arguments);
+  const int descriptor = Open("open", path, flags, arguments);
   va_end(arguments);
-  if (Below(path) && Fails(FaultKind::kOpen)) return Refuse(EMFILE);
-  return Next<decltype(open)>("open")(path, flags, mode);
+  return descriptor;
 }
 
 int open64(const char* path, int flags, ...) {
   va_list arguments;
   va_start(arguments, flags);
-  const mode_t mode = ModeOf(flags, arguments);
+  const int descriptor = Open("open64", path, flags, arguments);
   va_end(arguments);
-  if (Below(path) && Fails(FaultKind::kOpen)) return Refuse(EMFILE);
-  return Next<decltype(open)>("open64")(path, flags, mode);
+  return descriptor;
 }
 
-FILE* fopen(const char* path, const char* mode) {
-  if (Below(path) && Fails(FaultKind::kOpen)) {
-    errno = EMFILE;
-    return nullptr;
-  }
-  return Next<decltype(fopen)>("fopen")(path, mode);
-}
+FILE* fopen(const char* path, const char* mode) { return OpenStream("fopen", path, mode); }
 
-FILE* fopen64(const char* path, const char* mode) {
-  if (Below(path) && Fails(FaultKind::kOpen)) {
-    errno = EMFILE;
-    return nullptr;
-  }
-  return Next<decltype(fopen)>("fopen64")(path, mode);
-}
+FILE* fopen64(const char* path, const char* mode) { return OpenStream("fopen64", path, mode); }
 
 int mkostemp(char* path, int flags) {
   if (Below(path) && Fails(FaultKind::kOpen)) return Refuse(EMFILE);

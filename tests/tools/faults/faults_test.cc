@@ -5,11 +5,8 @@
 // A library that is loaded before the others (failing_system.cc) makes one call fail. A sample of
 // the calls by default; all of them where EGOSIEVE_FAULTS=all (hours).
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -17,7 +14,6 @@
 #include <map>
 #include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "absl/strings/match.h"
@@ -36,9 +32,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kSample = 2;           // calls of each kind
-constexpr int kHangsAfter = 120000;  // steps of a millisecond
-constexpr int kHung = -2;
+constexpr int kSample = 2;  // calls of each kind
+constexpr double kHangsAfterSeconds = 120.0;
 
 bool TryAll() {
   const char* wish = std::getenv("EGOSIEVE_FAULTS");
@@ -153,16 +148,12 @@ class Faults : public testing::TestWithParam<std::string> {
     setenv("LD_PRELOAD", fs::absolute("tests/tools/faults/libfailing_system.so").c_str(), 1);
     const pid_t process = StartProgram(arguments, base_ + "/out.txt", base_ + "/err.txt");
     unsetenv("LD_PRELOAD");
-    for (int wait = 0; wait < kHangsAfter; ++wait) {
-      int status = 0;
-      if (waitpid(process, &status, WNOHANG) == process) {
-        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const int code = WaitForProgram(process, kHangsAfterSeconds);
+    if (code == kHung) {
+      kill(process, SIGKILL);
+      WaitForProgram(process);
     }
-    kill(process, SIGKILL);
-    waitpid(process, nullptr, 0);
-    return kHung;
+    return code;
   }
 
   std::array<int64_t, kFaultKinds> Counts() const {

@@ -7,7 +7,6 @@
 // any.
 #include <signal.h>
 #include <stdlib.h>
-#include <sys/wait.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -15,7 +14,6 @@
 #include <iostream>
 #include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -32,7 +30,6 @@ using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
 constexpr int kFrames = 14;
-constexpr int kHung = -2;
 constexpr double kHangsAfterSeconds = 300.0;
 
 class Soak {
@@ -53,7 +50,7 @@ class Soak {
   bool Begin() {
     for (const auto& command : Commands(folder_ + "/whole")) {
       const auto start = Clock::now();
-      if (const int code = Wait(Start(command), kHangsAfterSeconds); code != 0) {
+      if (const int code = WaitForProgram(Start(command), kHangsAfterSeconds); code != 0) {
         std::cout << command[0] << " ended with " << code << " without a kill\n";
         return false;
       }
@@ -74,15 +71,15 @@ class Soak {
         const pid_t process = Start(commands[i]);
         // Every second attempt may come through, so that a drive ends at some time.
         const double share = static_cast<double>(random_() % 1000) / 500.0;
-        int code = Wait(process, durations_[i] * share);
+        int code = WaitForProgram(process, durations_[i] * share);
         if (code == kHung) {
           const int signal = random_() % 4 == 0 ? SIGTERM : SIGKILL;
           kill(process, signal);
           ++kills_;
-          code = Wait(process, kHangsAfterSeconds);
+          code = WaitForProgram(process, kHangsAfterSeconds);
           if (code == kHung) {
             kill(process, SIGKILL);
-            Wait(process, kHangsAfterSeconds);
+            WaitForProgram(process, kHangsAfterSeconds);
             return absl::StrCat(commands[i][0], " did not end within ", kHangsAfterSeconds,
                                 " s of SIGTERM");
           }
@@ -101,19 +98,6 @@ class Soak {
  private:
   pid_t Start(const std::vector<std::string>& arguments) const {
     return StartProgram(arguments, folder_ + "/out.txt", folder_ + "/err.txt");
-  }
-
-  // The exit code; kHung where the process has not ended by then.
-  static int Wait(pid_t process, double seconds) {
-    const auto end = Clock::now() + Seconds(seconds);
-    while (true) {
-      int status = 0;
-      if (waitpid(process, &status, WNOHANG) == process) {
-        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-      }
-      if (Clock::now() >= end) return kHung;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
   }
 
   std::string folder_;

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tools/masks/cast_shadows.h"
 #include "tools/masks/frame_masks.h"
 #include "tools/masks/run_length.h"
@@ -50,15 +50,12 @@ TEST(Dilate, LeavesAPictureWithoutMoversEmpty) {
 
 TEST(ReadFrameMask, HasTheOwnVehicleWhereItIsWanted) {
   const RunFolder folder = Value(RunFolder::Create(FreshFolder(), false));
-  FrameLine line;
-  line.width_pixels = 30;
-  line.height_pixels = 20;
+  FrameLine line{.width_pixels = 30, .height_pixels = 20};
   cv::Mat1b mask(20, 30, uint8_t{0});
   mask(2, 3) = 255;
   ASSERT_TRUE(CreateFolder(folder.File("masks")).ok());
   cv::imwrite(folder.FrameFile("masks", 0, ".png"), mask);
-  FrameMaskOptions options;
-  options.ignored = cv::Mat1b(20, 30, uint8_t{0});
+  FrameMaskOptions options{.ignored = cv::Mat1b(20, 30, uint8_t{0})};
   options.ignored(cv::Rect(0, 15, 30, 5)) = 255;
   absl::StatusOr<FrameMask> read = ReadFrameMask(folder, line, options);
   ASSERT_TRUE(read.ok()) << read.status();

@@ -115,8 +115,7 @@ TEST_F(MasksTest, GoesOnWhereItWasInterrupted) {
         MaskExport::Prepare(*OpenDriveInput(run.frames, 0), run.folder.path(), flags.options));
     const absl::Status status =
         made.Run(run.folder, *run.folder.ReadLines(), [&] { return --frames > 0; });
-    EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
-    EXPECT_THAT(status.message(), HasSubstr("the same command goes on"));
+    EXPECT_THAT(status, IsError(absl::StatusCode::kCancelled, "the same command goes on"));
   };
   out_ = root_ + "/again";
   interrupt({}, 3);

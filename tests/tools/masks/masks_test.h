@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "gtest/gtest.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/tools/testing/fake_run.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/run_command.h"
 #include "tools/cli/command.h"
 

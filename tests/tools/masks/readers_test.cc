@@ -6,9 +6,7 @@
 //   bazel test --test_env=EGOSIEVE_READERS //tests/tools:parts_test --test_filter=Readers*
 //
 // Skipped where they are not installed.
-#include <cstdio>
 #include <cstdlib>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -16,9 +14,10 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "gmock/gmock.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/tools/testing/fake_run.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/outcome.h"
+#include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_command.h"
 #include "tools/cli/command.h"
 #include "tools/run_folder/atomic_file.h"
@@ -106,14 +105,6 @@ for i in range(6):
 print("ok", len(frames))
 )";
 
-std::string Output(const std::string& command) {
-  std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
-  std::string output;
-  char buffer[256];
-  while (pipe != nullptr && fgets(buffer, sizeof buffer, pipe.get()) != nullptr) output += buffer;
-  return output;
-}
-
 class Readers : public testing::Test {
  protected:
   Readers() : root_(FreshFolder()), run_(WriteFakeRun(root_ + "/drive")) {
@@ -132,15 +123,19 @@ class Readers : public testing::Test {
         << format;
   }
 
-  // What the script prints; it begins with "missing" where Python lacks one of the imports.
-  std::string Run(const std::string& imports, const std::string& script) const {
+  // Skipped where Python lacks one of the imports.
+  void ExpectEnd(const std::string& imports, const std::string& script,
+                 const std::string& end) const {
     const std::string path = root_ + "/read.py";
     const std::string text = absl::StrReplaceAll(kHead, {{"%s", imports}}) + script;
     EXPECT_TRUE(WriteFileAtomically(path, text).ok());
     const char* python = std::getenv("EGOSIEVE_READERS");
-    const std::string output = Output(
+    const std::string output = ShellOutput(
         absl::StrCat(python == nullptr ? "python3" : python, " ", path, " ", root_, " 2>&1"));
-    return output.find("not found") == std::string::npos ? output : "missing python3";
+    if (output.starts_with("missing") || output.find("not found") != std::string::npos) {
+      GTEST_SKIP() << output;
+    }
+    EXPECT_TRUE(output.ends_with(end)) << output;
   }
 
   std::string root_;
@@ -149,24 +144,18 @@ class Readers : public testing::Test {
 
 TEST_F(Readers, OfNumbersSeeTheRunsMovers) {
   for (const char* format : {"coco", "davis", "mots"}) Write(format);
-  const std::string output =
-      Run("import pycocotools.mask as masks; from pycocotools.coco import COCO", kNumbered);
-  if (output.starts_with("missing")) GTEST_SKIP() << output;
-  EXPECT_TRUE(output.ends_with("ok 6 True\n")) << output;
+  ExpectEnd("import pycocotools.mask as masks; from pycocotools.coco import COCO", kNumbered,
+            "ok 6 True\n");
 }
 
 TEST_F(Readers, ColmapTakesAllImagesAndNothingThatMoves) {
   Write("colmap");
-  const std::string output = Run("import pycolmap", kColmap);
-  if (output.starts_with("missing")) GTEST_SKIP() << output;
-  EXPECT_TRUE(output.ends_with("ok (6, 0) 6 True\n")) << output;
+  ExpectEnd("import pycolmap", kColmap, "ok (6, 0) 6 True\n");
 }
 
 TEST_F(Readers, OfScenesLeaveOutWhatMoves) {
   for (const char* format : {"nerfstudio", "instant-ngp", "gaussian-splatting"}) Write(format);
-  const std::string output = Run("import json", kScenes);
-  if (output.starts_with("missing")) GTEST_SKIP() << output;
-  EXPECT_TRUE(output.ends_with("ok 6\n")) << output;
+  ExpectEnd("import json", kScenes, "ok 6\n");
 }
 
 }  // namespace

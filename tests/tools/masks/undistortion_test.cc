@@ -1,5 +1,4 @@
 // Masks of undistorted pictures, against OpenCV's undistortion of the original masks.
-#include <algorithm>
 #include <filesystem>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>

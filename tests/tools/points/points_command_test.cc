@@ -4,8 +4,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/outcome.h"
 #include "tests/tools/testing/run_command.h"
 #include "tools/cli/command.h"
@@ -38,8 +38,7 @@ class PointsCommand : public testing::Test {
 
   // A point that is seen at x = at[i] of picture i, and there at y = 5; below -1: not in it.
   void AddPoint(int64_t id, const std::vector<double>& at) {
-    SparsePoint point;
-    point.id = id;
+    SparsePoint point{.id = id};
     for (uint32_t i = 0; i < at.size(); ++i) {
       if (at[i] < -1.0) continue;
       auto& observations = model_.images[i].observations;

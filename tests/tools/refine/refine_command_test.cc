@@ -83,9 +83,7 @@ TEST(RefineCommand, WritesMasksNumbersAndTracks) {
 
 // Frame 31 is the last one of a chunk; the drive's last frame has none after it.
 TEST(RefineCommand, AMoverOfASingleFrameIsNone) {
-  FakeRunOptions options;
-  options.frames = 40;
-  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_glimpses", options);
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_glimpses", {.frames = 40});
   const std::vector<FrameLine> lines = *run.folder.ReadLines();
   // Far apart, so that none is taken for an earlier one that is seen again.
   const std::map<int, cv::Rect> glimpses = {

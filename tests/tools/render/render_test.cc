@@ -30,9 +30,7 @@ TEST(DrawOverlay, TintsByProbabilityAndKeepsSidesEven) {
   EXPECT_GT(still[0], still[2] + 20);    // blue
   EXPECT_GT(moving[2], moving[0] + 60);  // orange
   EXPECT_EQ(unsure[0], unsure[2]);       // no colour
-  OverlayOptions bare;
-  bare.legend = false;
-  EXPECT_EQ(DrawOverlay(frame, probability, "", bare).size(), cv::Size(202, 122));
+  EXPECT_EQ(DrawOverlay(frame, probability, "", {.legend = false}).size(), cv::Size(202, 122));
 }
 
 TEST(DrawOverlay, DrawsLinesAroundObjectsAlone) {
@@ -41,8 +39,7 @@ TEST(DrawOverlay, DrawsLinesAroundObjectsAlone) {
   probability(cv::Rect(20, 20, 40, 40)) = 0.4f;
   probability(cv::Rect(35, 35, 5, 5)) = 0.9f;
   probability(cv::Rect(120, 20, 40, 40)) = 0.79f;
-  OverlayOptions bare;
-  bare.legend = false;
+  OverlayOptions bare{.legend = false};
   const cv::Mat3b overlay = DrawOverlay(frame, probability, "", bare);
   bare.objects = {1.0, 1.0};
   const cv::Mat3b lineless = DrawOverlay(frame, probability, "", bare);
@@ -67,8 +64,7 @@ TEST(DrawMovers, FillsOrOutlinesThem) {
   const cv::Mat3b frame(120, 200, cv::Vec3b(128, 128, 128));
   cv::Mat1w ids = cv::Mat1w::zeros(frame.size());
   ids(cv::Rect(40, 40, 60, 50)) = 3;
-  OverlayOptions bare;
-  bare.legend = false;
+  OverlayOptions bare{.legend = false};
   const cv::Mat3b filled = DrawMovers(frame, ids, "", bare);
   EXPECT_EQ(filled(10, 10), frame(10, 10));
   EXPECT_NE(filled(75, 75), frame(75, 75));
@@ -90,9 +86,7 @@ TEST(FrameRate, IsTheMedianAndHasADefault) {
 }
 
 TEST(RenderCommand, WritesImagesAndAVideoThatPlays) {
-  FakeRunOptions options;
-  options.width_pixels = 161;
-  options.height_pixels = 121;
+  const FakeRunOptions options{.width_pixels = 161, .height_pixels = 121};
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/render", options);
   EXPECT_THAT(Render({run.folder.path()}), Succeeds());
   EXPECT_TRUE(std::filesystem::exists(run.folder.File("overlay.mp4")));

@@ -77,16 +77,14 @@ TEST(MakeReportPage, TellsThatPicturesLieFarApart) {
 }
 
 TEST(MakeReportPage, NamesOtherDevices) {
-  ReportContent content;
-  content.lines = Lines(5);
+  ReportContent content{.lines = Lines(5)};
   content.lines[1].map_device = content.lines[3].map_device = "another <device>";
   const std::string page = MakeReportPage(content);
   EXPECT_EQ(ContentsOf(page)["about"][2][0], "maps made on another <device>: 2");
 }
 
 TEST(MakeReportPage, TellsEveryStayOfAMover) {
-  ReportContent content;
-  content.lines = Lines(5);
+  ReportContent content{.lines = Lines(5)};
   content.lines[0].doubt = "no frame before this one";
   content.tracks =
       "frame,time_seconds,id,left,top,width,height,area,probability,sure\n"
@@ -105,8 +103,7 @@ TEST(MakeReportPage, TellsEveryStayOfAMover) {
 }
 
 TEST(MakeReportPage, OpensWithTheVerdictAndTheDoubtfulStretches) {
-  ReportContent content;
-  content.lines = Lines(12);
+  ReportContent content{.lines = Lines(12)};
   for (FrameLine& line : content.lines) {
     line.index *= 3;  // --skip=2
     line.time_seconds = 0.1 * line.index;
@@ -134,8 +131,7 @@ TEST(DescribeRanges, JoinsNeighbours) {
 }
 
 TEST(MakeReportPage, GroupsReasonsThatDifferInNumbersAlone) {
-  ReportContent content;
-  content.lines = Lines(14500);
+  ReportContent content{.lines = Lines(14500)};
   for (int i = 100; i < 3100; ++i) {
     content.lines[i].outcome = FrameLine::Outcome::kAnswered;
     content.lines[i].reason = absl::StrCat("only ", i, " of ", 2 * i, " features have a match");
@@ -150,8 +146,7 @@ TEST(MakeReportPage, GroupsReasonsThatDifferInNumbersAlone) {
 
 // Ten frames of 1 ms and one of 100: what is usual and what is not must both be told.
 TEST(MakeReportPage, TellsUsualAndSlowestTimes) {
-  ReportContent content;
-  content.lines = Lines(11);
+  ReportContent content{.lines = Lines(11)};
   for (FrameLine& line : content.lines) line.milliseconds = {{"decode", 1.0}};
   content.lines[5].milliseconds = {{"decode", 100.0}};
   EXPECT_EQ(ContentsOf(MakeReportPage(content))["sections"][2]["table"]["rows"][0].dump(),
@@ -186,9 +181,7 @@ TEST(MakeReportPage, EscapesWhatComesFromOutside) {
 }
 
 TEST(MakeReportPage, IsSelfContained) {
-  ReportContent content;
-  content.lines = Lines(3);
-  const std::string page = MakeReportPage(content);
+  const std::string page = MakeReportPage({.lines = Lines(3)});
   EXPECT_THAT(page, Not(HasSubstr("<link")));
   EXPECT_THAT(page, Not(HasSubstr(" src=\"http")));
   EXPECT_THAT(page, Not(HasSubstr("url(http")));

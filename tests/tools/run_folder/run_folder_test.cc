@@ -13,9 +13,9 @@
 #include <set>
 
 #include "absl/strings/str_split.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
 #include "tests/tools/testing/fake_run.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/json_name.h"
@@ -27,33 +27,32 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(FrameLine, ALineComesBackAsItWas) {
-  FrameLine line;
-  line.index = 41;
-  line.time_seconds = 1.64;
-  line.outcome = FrameLine::Outcome::kLearnt;
-  line.features = 3000;
-  line.matches = 1502;
-  line.noise_pixels = 0.4;
-  line.factor_rebuilt = true;
-  line.jitter = 1e-9;
-  line.motion_model = "fundamental";
-  line.inliers = 1203;
-  line.labelled_static = 1301;
-  line.labelled_dynamic = 204;
-  line.frame_gap = 3;
-  line.decided_by = {{"epipolar", 0.75}, {"road", 0.25}};
-  line.image = "cam0/000012.jpg";
-  line.points = {1505, 907, 488, 110, 19, 51, 7, 102};
-  line.model_size = 3999;
-  line.theta = {0.1, -1.0 / 3.0, 1e-300};
-  line.a = 2.5;
-  line.b = -0.25;
-  line.log_likelihood_per_point = -123.456;
-  line.dynamic_share = 0.125;
-  line.expected_overlap = 0.75;
-  line.clamped_variances = 3;
-  line.saturated_deviations = 4;
-  line.milliseconds = {{"zeta", 1.5}, {"alpha", 2.5}};
+  FrameLine line{.index = 41,
+                 .image = "cam0/000012.jpg",
+                 .time_seconds = 1.64,
+                 .outcome = FrameLine::Outcome::kLearnt,
+                 .features = 3000,
+                 .matches = 1502,
+                 .motion_model = "fundamental",
+                 .inliers = 1203,
+                 .noise_pixels = 0.4,
+                 .labelled_static = 1301,
+                 .labelled_dynamic = 204,
+                 .frame_gap = 3,
+                 .decided_by = {{"epipolar", 0.75}, {"road", 0.25}},
+                 .points = {1505, 907, 488, 110, 19, 51, 7, 102},
+                 .model_size = 3999,
+                 .theta = {0.1, -1.0 / 3.0, 1e-300},
+                 .a = 2.5,
+                 .b = -0.25,
+                 .log_likelihood_per_point = -123.456,
+                 .factor_rebuilt = true,
+                 .jitter = 1e-9,
+                 .dynamic_share = 0.125,
+                 .expected_overlap = 0.75,
+                 .clamped_variances = 3,
+                 .saturated_deviations = 4,
+                 .milliseconds = {{"zeta", 1.5}, {"alpha", 2.5}}};
   const std::string text = ToText(line);
   EXPECT_EQ(text.find('\n'), std::string::npos);
   const FrameLine read = Value(FrameLineFromText(text));
@@ -66,9 +65,8 @@ TEST(FrameLine, ALineComesBackAsItWas) {
 }
 
 TEST(FrameLine, NumbersThatAreNotFiniteAndBrokenTextSurvive) {
-  FrameLine line;
-  line.log_likelihood_per_point = std::numeric_limits<double>::quiet_NaN();
-  line.reason = "bad \xff\n\"name\"";
+  const FrameLine line{.reason = "bad \xff\n\"name\"",
+                       .log_likelihood_per_point = std::numeric_limits<double>::quiet_NaN()};
   const FrameLine read = Value(FrameLineFromText(ToText(line)));
   EXPECT_TRUE(std::isnan(read.log_likelihood_per_point));
   EXPECT_THAT(read.reason, HasSubstr("\"name\""));
@@ -97,8 +95,7 @@ TEST(JsonName, NamesOfAnyBytesComeBack) {
       "stra\xdf"
       "e.jpg";
   EXPECT_EQ(FrameLineFromText(ToText(line))->image, "stra%DFe.jpg");
-  RunDescription run;
-  run.grid = {8, 6, 2};
+  RunDescription run{.grid = {8, 6, 2}};
   run.input.path =
       "/drives/stra\xdf"
       "e";
@@ -143,10 +140,8 @@ TEST(MapImage, ATruncatedFileIsDataLoss) {
   const std::string path = run.folder.FrameFile("grid", 1, ".prob.png");
   for (const size_t size : {size_t{0}, size_t{20}}) {
     std::filesystem::resize_file(path, size);
-    const absl::Status status =
-        run.folder.ReadGridMaps(run.folder.ReadLines()->at(1), run.description, false).status();
-    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
-    EXPECT_THAT(status.message(), HasSubstr(path));
+    EXPECT_THAT(run.folder.ReadGridMaps(run.folder.ReadLines()->at(1), run.description, false),
+                IsError(absl::StatusCode::kDataLoss, path));
   }
 }
 
@@ -325,8 +320,7 @@ TEST(RunFolder, DamageIsReportedWithItsPlace) {
 }
 
 TEST(RunDescription, NamesTheFirstDifference) {
-  RunDescription before;
-  before.flags = {{"stride", "5"}, {"seed", "1"}};
+  const RunDescription before{.flags = {{"stride", "5"}, {"seed", "1"}}};
   RunDescription now = before;
   EXPECT_EQ(DescribeDifference(before, now), "");
   now.flags["stride"] = "3";

@@ -1,14 +1,13 @@
 #include <signal.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/baselines.h"
 #include "tools/run_folder/doubtful_frames.h"
@@ -77,11 +76,7 @@ TEST(Baselines, SayNothingOfOtherNames) {
 }
 
 FrameLine Line(const std::string& doubt, FrameLine::Outcome outcome, const std::string& reason) {
-  FrameLine line;
-  line.doubt = doubt;
-  line.outcome = outcome;
-  line.reason = reason;
-  return line;
+  return {.outcome = outcome, .reason = reason, .doubt = doubt};
 }
 
 TEST(DoubtfulFrames, TheMostFrequentDoubtIsToldWithoutRegardToItsNumbers) {
@@ -142,21 +137,6 @@ TEST(DoubtfulFrames, TooFewFramesToLearnFromAreTold) {
   EXPECT_NE(clip.TooFewLearnt(), "");
 }
 
-// A limit on the file size stands for a full disk: the write fails after a part of the bytes.
-template <typename Body>
-int ExitCodeUnderFileSizeLimit(rlim_t bytes, const Body& body) {
-  const pid_t child = fork();
-  if (child == 0) {
-    signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{bytes, bytes};
-    setrlimit(RLIMIT_FSIZE, &limit);
-    _exit(body() ? 0 : 1);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
 TEST(LineLog, GrowsByWholeLines) {
   const std::string path = FreshFolder() + "/log";
   {
@@ -178,16 +158,20 @@ TEST(LineLog, CutsOffWhatACrashLeft) {
   EXPECT_EQ(*ReadFile(path), "one\nzwei\n");
 }
 
+// A limit on the file size stands for a full disk: the write fails after a part of the bytes.
 TEST(LineLog, AFullDiskLeavesWholeLines) {
   const std::string path = FreshFolder() + "/log";
-  EXPECT_EQ(ExitCodeUnderFileSizeLimit(100,
-                                       [&] {
-                                         absl::StatusOr<LineLog> log = LineLog::Open(path);
-                                         return log->Append(std::string(60, 'a')).ok() &&
-                                                !log->Append(std::string(60, 'b')).ok() &&
-                                                log->Append("c").ok();
-                                       }),
-            0);
+  const rlimit limit{100, 100};
+  EXPECT_EXIT(
+      {
+        signal(SIGXFSZ, SIG_IGN);
+        setrlimit(RLIMIT_FSIZE, &limit);
+        absl::StatusOr<LineLog> log = LineLog::Open(path);
+        const bool fits = log->Append(std::string(60, 'a')).ok();
+        const bool does_not = !log->Append(std::string(60, 'b')).ok();
+        _exit(fits && does_not && log->Append("c").ok() ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
   EXPECT_EQ(*ReadFile(path), std::string(60, 'a') + "\nc\n");
 }
 

@@ -1,15 +1,13 @@
 // What the program writes and prints agrees with tools/schema, by Debian's python3-jsonschema;
 // skipped where that is absent.
-#include <cstdio>
 #include <cstdlib>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "gtest/gtest.h"
-#include "tests/tools/testing/fresh_folder.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tools/run_folder/atomic_file.h"
@@ -53,16 +51,8 @@ class Schema : public testing::Test {
 
   // "ok N", or what is wrong.
   std::string Check(const std::string& schema, const std::string& file) const {
-    const std::string command =
-        absl::StrCat("/usr/bin/python3 ", root_, "/check.py ", "tools/schema/", schema,
-                     ".schema.json ", file, " 2>&1 | tail -n 1");
-    std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
-    std::string output;
-    char buffer[4096];
-    while (pipe != nullptr && fgets(buffer, sizeof buffer, pipe.get()) != nullptr) {
-      output += buffer;
-    }
-    return output;
+    return ShellOutput(absl::StrCat("/usr/bin/python3 ", root_, "/check.py ", "tools/schema/",
+                                    schema, ".schema.json ", file, " 2>&1 | tail -n 1"));
   }
 
   static bool IsThere() {

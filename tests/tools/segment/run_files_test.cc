@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <sstream>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "kernels/files/atomic_file.h"
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
 #include "tools/segment/drive_writer.h"
 #include "tools/segment/lens_file.h"
@@ -139,20 +139,13 @@ TEST(LensFile, WhatIsWrongIsNamed) {
   EXPECT_EQ(ReadLensFile(path + ".gone").status().code(), absl::StatusCode::kNotFound);
 }
 
-std::string Folder() {
-  const std::string folder = testing::TempDir() + "/run_camera";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  return folder;
-}
-
 bool AreEqual(const cv::Mat1b& a, const cv::Mat1b& b) {
   return a.size() == b.size() && (a.empty() || cv::norm(a, b, cv::NORM_INF) == 0.0);
 }
 
 // What a resumed run reads is what the first one had.
 TEST(RunCamera, IsReadAsWritten) {
-  const std::string folder = Folder();
+  const std::string folder = FreshFolder();
   RunCamera camera;
   camera.text =
       R"({"focal_pixels": 50.0, "width": 64, "height": 48, "log_focal_deviation": 0.1, "pairs": 3,)"
@@ -172,7 +165,7 @@ TEST(RunCamera, IsReadAsWritten) {
 }
 
 TEST(RunCamera, ALackingWindscreenIsAnError) {
-  const std::string folder = Folder();
+  const std::string folder = FreshFolder();
   ASSERT_TRUE(kernels::WriteFileAtomically(
                   folder + "/camera.json",
                   R"({"focal_pixels": 50.0, "width": 64, "height": 48, "windscreen": true})")
@@ -181,7 +174,7 @@ TEST(RunCamera, ALackingWindscreenIsAnError) {
 }
 
 TEST(RunCamera, AFolderWithoutOneHasNone) {
-  const auto read = Value(ReadRunCamera(Folder()));
+  const auto read = Value(ReadRunCamera(FreshFolder()));
   EXPECT_FALSE(read.has_value());
 }
 
@@ -189,9 +182,7 @@ TEST(RunCamera, AFolderWithoutOneHasNone) {
 RunVerdict Judge(int learnt, int answered, const std::string& reason, const std::string& doubt) {
   DriveWriter::Counts counts((RunDescription()));
   for (int i = 0; i < learnt + answered; ++i) {
-    FrameLine line;
-    line.index = i;
-    line.outcome = i < learnt ? Outcome::kLearnt : Outcome::kAnswered;
+    FrameLine line{.index = i, .outcome = i < learnt ? Outcome::kLearnt : Outcome::kAnswered};
     if (i >= learnt) {
       line.reason = reason;
       line.doubt = doubt;

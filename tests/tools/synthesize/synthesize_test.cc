@@ -14,7 +14,6 @@ namespace egosieve::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::HasSubstr;
 
 class SynthesizeTest : public ::testing::Test {
  protected:
@@ -157,9 +156,7 @@ TEST_F(SynthesizeTest, ForeignFilesAreNeverTouched) {
   fs::create_directories(options_.output_folder);
   std::ofstream(File("thesis.tex")) << "x";
   options_.overwrite = true;
-  const absl::Status status = Synthesize(options_);
-  EXPECT_EQ(status.code(), absl::StatusCode::kAlreadyExists);
-  EXPECT_THAT(status.message(), HasSubstr("thesis.tex"));
+  EXPECT_THAT(Synthesize(options_), IsError(absl::StatusCode::kAlreadyExists, "thesis.tex"));
   EXPECT_EQ(Bytes(File("thesis.tex")), "x");
   EXPECT_FALSE(fs::exists(File("frames")));
 }
@@ -208,8 +205,7 @@ TEST_F(SynthesizeTest, SomebodysFramesAreNoDrive) {
 TEST_F(SynthesizeTest, BadOptionsWriteNothing) {
   options_.scenario = "motorway";
   absl::Status status = Synthesize(options_);
-  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
-  EXPECT_THAT(status.message(), HasSubstr("standing_traffic"));
+  EXPECT_THAT(status, IsError(absl::StatusCode::kNotFound, "standing_traffic"));
   options_.scenario = "street";
   options_.rendering.frames = 0;
   status = Synthesize(options_);

@@ -53,13 +53,13 @@ FrameMaps FakeMaps(const FakeRunOptions& options, const kernels::ImageGrid& grid
 }
 
 FrameLine FakeRecord(const FakeRunOptions& options, int index) {
-  FrameLine line;
-  line.index = index;
-  line.time_seconds = index / 25.0;
-  line.width_pixels = options.width_pixels;
-  line.height_pixels = options.height_pixels;
-  line.theta = {0.7, 0.7, 0.7, 0.7, 0.7, 0.7, 0.7, 0.0, -0.7};
-  line.milliseconds = {{"decode", 4.0}, {"features", 90.0}, {"inference", 120.0 + index % 7}};
+  FrameLine line{
+      .index = index,
+      .time_seconds = index / 25.0,
+      .width_pixels = options.width_pixels,
+      .height_pixels = options.height_pixels,
+      .theta = {0.7, 0.7, 0.7, 0.7, 0.7, 0.7, 0.7, 0.0, -0.7},
+      .milliseconds = {{"decode", 4.0}, {"features", 90.0}, {"inference", 120.0 + index % 7}}};
   if (index == 0) {
     line.reason = "the first frame has no pair";
     return line;

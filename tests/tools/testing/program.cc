@@ -7,12 +7,15 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <climits>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <memory>
 #include <sstream>
 
-#include "gtest/gtest.h"
+#include "gmock/gmock.h"
 
 namespace egosieve::tools {
 namespace {
@@ -47,11 +50,9 @@ pid_t Start(const std::string& program, const std::vector<std::string>& argument
 ProgramOutcome Run(const std::string& program, const std::vector<std::string>& arguments) {
   const std::string out = testing::TempDir() + "/program.out";
   const std::string err = testing::TempDir() + "/program.err";
-  ProgramOutcome outcome;
-  outcome.code = WaitForProgram(Start(program, arguments, out, err));
-  outcome.out = Contents(out);
-  outcome.err = Contents(err);
-  return outcome;
+  return {.code = WaitForProgram(Start(program, arguments, out, err)),
+          .out = Contents(out),
+          .err = Contents(err)};
 }
 
 }  // namespace
@@ -70,6 +71,27 @@ int WaitForProgram(pid_t process) {
   int status = 0;
   waitpid(process, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+int WaitForProgram(pid_t process, double seconds) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  siginfo_t ended = {};
+  do {
+    // Leaves it to be waited for.
+    if (waitid(P_PID, process, &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid != 0) {
+      return WaitForProgram(process);
+    }
+    usleep(1000);
+  } while (std::chrono::steady_clock::now() < end);
+  return kHung;
+}
+
+std::string ShellOutput(const std::string& command) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  std::string output;
+  char buffer[4096];
+  while (pipe != nullptr && fgets(buffer, sizeof buffer, pipe.get()) != nullptr) output += buffer;
+  return output;
 }
 
 ProgramOutcome RunProgram(const std::vector<std::string>& arguments) {
@@ -116,6 +138,14 @@ std::string FullPipe::Empty() {
   }
   std::erase(text, '\0');
   return text;
+}
+
+void ExpectErrorLine(const ProgramOutcome& outcome, int code, const std::string& what) {
+  EXPECT_EQ(outcome.code, code) << outcome.err;
+  EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::StartsWith("egosieve: "));
+  EXPECT_THAT(outcome.err, testing::HasSubstr("; ")) << "it does not say what to do";
+  EXPECT_THAT(outcome.err, testing::HasSubstr(what));
 }
 
 }  // namespace egosieve::tools

@@ -25,6 +25,12 @@ ProgramOutcome RunEvaluation(const std::vector<std::string>& arguments);
 pid_t StartProgram(const std::vector<std::string>& arguments, const std::string& out_path,
                    const std::string& err_path);
 int WaitForProgram(pid_t process);
+// The same; kHung where it has not ended after so many seconds.
+inline constexpr int kHung = -2;
+int WaitForProgram(pid_t process, double seconds);
+
+// What a command line of the shell prints.
+std::string ShellOutput(const std::string& command);
 
 // Whether the process has a handler for the signal.
 bool Catches(pid_t process, int signal);
@@ -62,5 +68,8 @@ class FullPipe {
 
 // What `text` has of lines, the last of which may lack its line break.
 int CountLines(const std::string& text);
+
+// The exit code, and one line that says `what`, and what to do.
+void ExpectErrorLine(const ProgramOutcome& outcome, int code, const std::string& what);
 
 }  // namespace egosieve::tools

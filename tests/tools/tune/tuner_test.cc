@@ -11,11 +11,8 @@ namespace egosieve::tune {
 namespace {
 
 TuneOptions SmallSearch() {
-  TuneOptions options;
-  options.training_points = 60;
-  options.mean_queries = 200;
-  options.variance_queries = 100;
-  options.repeats = 1;
+  TuneOptions options{
+      .training_points = 60, .mean_queries = 200, .variance_queries = 100, .repeats = 1};
   // Every shape is compiled anew: a search over all fields takes a minute.
   options.fields = {"mean_width", "depth"};
   return options;

@@ -3,9 +3,7 @@
 import json
 import subprocess
 import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -38,13 +36,12 @@ def value(row, name):
     return np.array(row[name].as_py()[0])
 
 
-class Recording(unittest.TestCase):
+class Recording(drive.FolderCase):
     """The program as a user starts it, on a small run of frames 1 to 6."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = drive.write_drive(Path(folder.name) / "drive")
+        super().setUp()
+        self.root = drive.write_drive(self.root / "drive")
         self.run_folder = self.root / "run"
         (self.run_folder / "tracks.csv").write_text(f"{HEAD}\n1,0.25,1,16,24,19,13,240,0.75,0.5\n1,0.25,4,60,30,7,15,90,0.7,0.5\n3,0.75,1,26,24,19,13,240,0.75,0.5\n")
         lines = [drive.line(k) | {"expected_overlap": OVERLAPS.get(k), "doubt": DOUBT if k == 5 else None} for k in range(1, drive.FRAMES)]

@@ -4,9 +4,7 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -16,13 +14,12 @@ sys.path.insert(0, "tests/tools/evaluate")
 import drive  # noqa: E402
 
 
-class Refused(unittest.TestCase):
+class Refused(drive.FolderCase):
     """The program without Rerun, on a small run."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = drive.write_drive(Path(folder.name) / "drive")
+        super().setUp()
+        self.root = drive.write_drive(self.root / "drive")
         (self.root / "none" / "rerun").mkdir(parents=True)
         (self.root / "none" / "rerun" / "__init__.py").write_text("raise ModuleNotFoundError(\"No module named 'rerun'\")\n")
 

@@ -24,10 +24,7 @@ std::shared_ptr<kernels::Context> Context() { return *kernels::OpenContext(); }
 TEST(FrameDescriptor, PositionsAndGridAgreeBitForBit) {
   const Frame frame = RandomFrame(53, 31);
   const auto context = Context();
-  kernels::ImageGrid grid;
-  grid.width = 53;
-  grid.height = 31;
-  grid.stride = 5;
+  kernels::ImageGrid grid{.width = 53, .height = 31, .stride = 5};
   std::vector<double> positions;
   for (int row = 0; row < grid.rows(); ++row) {
     for (int column = 0; column < grid.columns(); ++column) {
@@ -58,10 +55,7 @@ TEST(FrameDescriptor, ViewsIntoLargerImages) {
 TEST(FrameDescriptor, BadInputIsAnError) {
   const auto context = Context();
   Frame frame = RandomFrame(20, 10);
-  kernels::ImageGrid grid;
-  grid.width = 21;
-  grid.height = 10;
-  EXPECT_FALSE(DescribeGrid(*context, frame, grid).ok()) << "another size";
+  EXPECT_FALSE(DescribeGrid(*context, frame, {.width = 21, .height = 10}).ok()) << "another size";
   frame.image = cv::Mat();
   EXPECT_FALSE(DescribePositions(*context, frame, {}).ok());
   frame.image = cv::Mat(10, 20, CV_8UC1, cv::Scalar(0));

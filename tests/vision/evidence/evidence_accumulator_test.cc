@@ -12,10 +12,7 @@ namespace {
 constexpr int kGap = 2;
 
 EvidenceFrame FrameOf(const PointStreet& street, int t, int start = 0) {
-  EvidenceFrame frame;
-  frame.index = t;
-  frame.gap = kGap;
-  frame.size = cv::Size(1242, 375);
+  EvidenceFrame frame{.index = t, .gap = kGap, .size = cv::Size(1242, 375)};
   if (t - kGap >= start) {
     frame.motion_model = MotionModelKind::kFundamental;
     frame.motion_matrix = street.Fundamental(t - kGap, t);
@@ -31,11 +28,7 @@ EvidenceAccumulator Accumulator(const EvidenceOptions& options = {}) {
 }
 
 StreetOptions Busy() {
-  StreetOptions options;
-  options.noise_pixels = 0.2;
-  options.mover_count = 80;
-  options.mover_travel = {0.02, 0.0, 1.5};
-  return options;
+  return {.mover_count = 80, .mover_travel = {0.02, 0.0, 1.5}, .noise_pixels = 0.2};
 }
 
 void ExpectSame(const EvidenceResult& a, const EvidenceResult& b) {
@@ -118,9 +111,7 @@ TEST(EvidenceAccumulator, TheShareOfMoversIsThatOfBlankPointsToo) {
   StreetOptions scene = Busy();
   scene.mover_count = 20;
   const PointStreet street(scene);
-  EvidenceOptions options;
-  options.noise_memory = 0.0;
-  EvidenceAccumulator accumulator = Accumulator(options);
+  EvidenceAccumulator accumulator = Accumulator({.noise_memory = 0.0});
   EvidenceFrame frame;
   EvidenceResult result;
   for (int t = 0; t <= 5; ++t) {
@@ -319,15 +310,9 @@ TEST(EvidenceAccumulator, TornStateAndBadOptionsAreRefused) {
   state = accumulator.state();
   state.mover_share = std::nan("");
   EXPECT_FALSE(accumulator.Restore(state).ok());
-  EvidenceOptions options;
-  options.forgetting = 1.0;
-  EXPECT_FALSE(EvidenceAccumulator::Create(options).ok());
-  options = {};
-  options.tempering = std::nan("");
-  EXPECT_FALSE(EvidenceAccumulator::Create(options).ok());
-  options = {};
-  options.focal_pixels = INFINITY;
-  EXPECT_FALSE(EvidenceAccumulator::Create(options).ok());
+  EXPECT_FALSE(EvidenceAccumulator::Create(EvidenceOptions{.forgetting = 1.0}).ok());
+  EXPECT_FALSE(EvidenceAccumulator::Create(EvidenceOptions{.tempering = std::nan("")}).ok());
+  EXPECT_FALSE(EvidenceAccumulator::Create(EvidenceOptions{.focal_pixels = INFINITY}).ok());
 }
 
 }  // namespace

@@ -22,8 +22,7 @@ const cv::Size kSize(640, 360);
 
 // Straight ahead; places right of the middle have horizontal epipolar lines.
 CalibratedPair Pair(int pictures, double noise_pixels) {
-  CalibratedPair pair;
-  pair.pictures = pictures;
+  CalibratedPair pair{.pictures = pictures};
   pair.motion.found = true;
   pair.motion.translation = Eigen::Vector3d(0.0, 0.0, pictures > 0 ? -1.0 : 1.0);
   pair.motion.mean_parallax = 0.03 * std::abs(pictures);
@@ -175,11 +174,8 @@ Points PointsOf(const std::function<double(int, int)>& inverse_depth) {
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
       points.places.emplace_back(column * kStep + 2.0f, row * kStep + 2.0f);
-      InverseDepth depth;
-      depth.valid = true;
-      depth.value = inverse_depth(row, column);
-      depth.deviation = kDeviation;
-      points.depths.push_back(depth);
+      points.depths.push_back(
+          {.valid = true, .value = inverse_depth(row, column), .deviation = kDeviation});
     }
   }
   points.is_part.assign(points.places.size(), true);

@@ -88,12 +88,6 @@ class PointStreet {
     return p(0) >= 0 && p(1) >= 0 && p(0) <= options_.size.width - 1 &&
            p(1) <= options_.size.height - 1;
   }
-  bool SeenIn(int64_t i, int first, int last) const {
-    for (int t = first; t <= last; ++t) {
-      if (!Inside(Place(i, t))) return false;
-    }
-    return true;
-  }
   PointPair Pair(int64_t i, int a, int b) const {
     const Eigen::Vector2d p = Place(i, a), q = Place(i, b);
     return {p(0), p(1), q(0), q(1)};
@@ -112,8 +106,7 @@ class PointStreet {
   std::vector<Track> Tracks(int t, int start = 0) const {
     std::vector<Track> tracks;
     for (int64_t i = 0; i < size(); ++i) {
-      Track track;
-      track.id = i;
+      Track track{.id = i};
       for (int k = t; k >= start; --k) {
         const Eigen::Vector2d p = Place(i, k);
         if (!Inside(p)) break;

@@ -30,9 +30,7 @@ TEST(RelativePose, ExactPointsGiveTheExactPose) {
         std::pair(Eigen::Vector3d(-1, 0, 0), usual.yaw),
         std::pair(Eigen::Vector3d(0, 0, -1), usual.yaw), std::pair(usual.travel, -0.3),
         std::pair(usual.travel, 0.15)}) {
-    StreetOptions options;
-    options.travel = travel;
-    options.yaw = yaw;
+    StreetOptions options{.travel = travel, .yaw = yaw};
     if (std::abs(yaw) > 0.1) options.static_count = 2000;
     const PointStreet street(options);
     const RelativePose pose = PoseOf(street, 0, 1, street.camera());
@@ -49,10 +47,7 @@ TEST(RelativePose, NoisyPointsStayWithinTheStatedCovariance) {
   double squares = 0.0;
   const int trials = 40;
   for (int trial = 0; trial < trials; ++trial) {
-    StreetOptions options;
-    options.noise_pixels = 0.3;
-    options.seed = 100 + trial;
-    const PointStreet street(options);
+    const PointStreet street({.noise_pixels = 0.3, .seed = 100u + trial});
     Eigen::Matrix3d f = street.Fundamental(0, 3);
     f(0, 1) *= 1.01;
     const RelativePose pose = EstimateRelativePose(street.Pairs(0, 3), f, street.camera(), {});
@@ -73,11 +68,7 @@ TEST(RelativePose, NoisyPointsStayWithinTheStatedCovariance) {
 // pixels: (P6) keeps them from bending the pose.
 TEST(RelativePose, CarsThatPullAwayDoNotBendThePose) {
   for (int trial = 0; trial < 20; ++trial) {
-    StreetOptions options;
-    options.noise_pixels = 0.3;
-    options.mover_count = 120;
-    options.seed = 200 + trial;
-    const PointStreet street(options);
+    const PointStreet street({.mover_count = 120, .noise_pixels = 0.3, .seed = 200u + trial});
     const RelativePose pose = PoseOf(street, 0, 3, street.camera());
     ASSERT_EQ(pose.outcome, PoseOutcome::kFound);
     // The noise of 300 points gives the rotation to 0.3 / 720 / sqrt(300) x 5 (the translation's
@@ -149,30 +140,18 @@ TEST(RelativePose, InverseTakesPointsBack) {
 }
 
 TEST(RelativePose, OptionsAreChecked) {
-  RelativePoseOptions options;
-  EXPECT_TRUE(options.Validate().ok());
-  options.parallax_share = std::nan("");
-  EXPECT_FALSE(options.Validate().ok());
-  options = {};
-  options.cheirality_margin = 0.3;
-  EXPECT_FALSE(options.Validate().ok());
-  options = {};
-  options.max_pairs = 3;
-  EXPECT_FALSE(options.Validate().ok());
-  options = {};
-  options.focal_deviation = std::nan("");
-  EXPECT_FALSE(options.Validate().ok());
-  options = {};
-  options.lens_multiple = -1;
-  EXPECT_FALSE(options.Validate().ok());
+  EXPECT_TRUE(RelativePoseOptions().Validate().ok());
+  EXPECT_FALSE(RelativePoseOptions{.parallax_share = std::nan("")}.Validate().ok());
+  EXPECT_FALSE(RelativePoseOptions{.cheirality_margin = 0.3}.Validate().ok());
+  EXPECT_FALSE(RelativePoseOptions{.max_pairs = 3}.Validate().ok());
+  EXPECT_FALSE(RelativePoseOptions{.focal_deviation = std::nan("")}.Validate().ok());
+  EXPECT_FALSE(RelativePoseOptions{.lens_multiple = -1}.Validate().ok());
 }
 
 // Points straight ahead that travel with the camera, faster than it: the epipolar line is blind to
 // them, the sign of depth is not.
 TEST(NegativeDepth, SeesCarsThatPullAwayAndNoStaticPoint) {
-  StreetOptions options;
-  options.noise_pixels = 0.25;
-  options.mover_count = 100;
+  StreetOptions options{.mover_count = 100, .noise_pixels = 0.25};
   options.mover_travel = {0.03, 0.0, 1.5};  // 1.5 times the camera's travel
   const PointStreet street(options);
   const RelativePose pose = PoseOf(street, 0, 3, street.camera());
@@ -203,10 +182,7 @@ TEST(NegativeDepth, SeesCarsThatPullAwayAndNoStaticPoint) {
 
 TEST(NegativeDepth, DeviationIsThatOfTheNoise) {
   // Points at infinity: s is nothing but noise and the error of the rotation.
-  StreetOptions options;
-  options.noise_pixels = 0.4;
-  options.static_count = 1500;
-  const PointStreet street(options);
+  const PointStreet street({.static_count = 1500, .noise_pixels = 0.4});
   const RelativePose pose = PoseOf(street, 0, 2, street.camera(), {.focal_deviation = 0});
   ASSERT_TRUE(pose.found());
   const Eigen::Matrix3d turn = street.RotationBetween(0, 2);
@@ -234,10 +210,7 @@ TEST(NegativeDepth, DeviationIsThatOfTheNoise) {
 }
 
 TEST(NegativeDepth, HardlyDependsOnTheFocalLength) {
-  StreetOptions options;
-  options.noise_pixels = 0.2;
-  options.mover_count = 80;
-  options.mover_travel = {0.03, 0.0, 1.6};
+  StreetOptions options{.mover_count = 80, .mover_travel = {0.03, 0.0, 1.6}, .noise_pixels = 0.2};
   const PointStreet street(options);
   std::vector<int64_t> indices;
   const std::vector<PointPair> pairs = street.Pairs(0, 3, &indices);
@@ -260,13 +233,7 @@ TEST(NegativeDepth, HardlyDependsOnTheFocalLength) {
   }
 }
 
-StreetOptions SharpTurn() {
-  StreetOptions options;
-  options.static_count = 3000;
-  options.yaw = 0.1;
-  options.travel = {0.02, 0.0, 0.5};
-  return options;
-}
+StreetOptions SharpTurn() { return {.static_count = 3000, .travel = {0.02, 0.0, 0.5}, .yaw = 0.1}; }
 
 // (P7), (N4): what another focal length makes of the signed flow, the pose estimated anew.
 TEST(NegativeDepth, DeviationByTheLensIsTheSlope) {
@@ -314,11 +281,8 @@ TEST(NegativeDepth, SharpTurnsUnderAGuessedLensPutNoStaticPointBehindTheCamera) 
 }
 
 TEST(NegativeDepth, ReversingTurnsTheSign) {
-  StreetOptions options;
-  options.travel = {0.0, 0.0, -1.0};
-  options.mover_count = 60;
-  options.mover_travel = {0.0, 0.0, -1.6};
-  const PointStreet street(options);
+  const PointStreet street(
+      {.mover_count = 60, .travel = {0.0, 0.0, -1.0}, .mover_travel = {0.0, 0.0, -1.6}});
   const RelativePose pose = PoseOf(street, 0, 2, street.camera());
   ASSERT_TRUE(pose.found());
   std::vector<int64_t> indices;

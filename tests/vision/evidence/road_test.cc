@@ -70,10 +70,7 @@ TEST(RoadPlane, WhatSeemsToLieBelowCountsWhereThePicturesAgree) {
 
 // road_view.h has where the places were in a picture before; here that picture is one ahead.
 EvidenceFrame FrameBeforeRoadView(const View& view, double ground_heights) {
-  EvidenceFrame frame;
-  frame.index = 1;
-  frame.size = kImage;
-  frame.camera = view.camera;
+  EvidenceFrame frame{.index = 1, .size = kImage, .camera = view.camera};
   EvidenceView& ahead = frame.views.emplace_back();
   ahead.pictures = 5;
   ahead.motion.found = true;
@@ -128,9 +125,7 @@ TEST(RoadAhead, APairAheadTellsCarsByTheGround) {
   EXPECT_LT(MeanRoadRatioAhead(view, result, What::kRoad), 0.1);
   // It is a part of the probability, of cars that move along their epipolar lines.
   EXPECT_GT(MeanProbability(view, result, What::kOncoming), 0.6);
-  EvidenceOptions options;
-  options.road = false;
-  EvidenceAccumulator without = *EvidenceAccumulator::Create(options);
+  EvidenceAccumulator without = *EvidenceAccumulator::Create({.road = false});
   const EvidenceResult plain = *without.Add(FrameBeforeRoadView(view, kTravel / kHeight));
   EXPECT_EQ(MeanRoadRatioAhead(view, plain, What::kAhead), 0.0);
   EXPECT_LT(MeanProbability(view, plain, What::kOncoming), 0.3);
@@ -174,20 +169,16 @@ TEST(RoadAhead, AKnownGroundReplacesARoadThatFlowDoesNotShow) {
 // camera is turned by as much, about the line of sight, in both pictures; radians.
 EvidenceFrame FrameOf(const View& view, int index, std::optional<Eigen::Vector3d> travel,
                       double tilt = 0.0) {
-  EvidenceFrame frame;
-  frame.index = index;
-  frame.size = kImage;
-  frame.camera = view.camera;
-  TwoViewMotion motion;
-  motion.found = true;
-  motion.translation = -Eigen::Vector3d::UnitZ();
-  motion.mean_parallax = 0.05;
-  motion.noise_pixels = 0.1;
-  motion.noise = 0.1 / view.camera.focal_pixels;
-  motion.static_share = 0.9;
-  motion.moving_scale = 0.02;
-  motion.parallax_pixels = 3.0;
-  motion.travel = travel;
+  EvidenceFrame frame{.index = index, .size = kImage, .camera = view.camera};
+  const TwoViewMotion motion{.found = true,
+                             .translation = -Eigen::Vector3d::UnitZ(),
+                             .mean_parallax = 0.05,
+                             .noise = 0.1 / view.camera.focal_pixels,
+                             .static_share = 0.9,
+                             .moving_scale = 0.02,
+                             .noise_pixels = 0.1,
+                             .parallax_pixels = 3.0,
+                             .travel = travel};
   frame.world = motion;
   frame.motion_model = MotionModelKind::kFundamental;
   frame.motion_matrix = FundamentalOf(motion, view.camera);

@@ -20,10 +20,6 @@ using ::testing::HasSubstr;
 
 class FrameSourceTest : public FolderTest {
  protected:
-  void WriteImage(const std::string& name, const cv::Mat& image) const {
-    ASSERT_TRUE(cv::imwrite(Path(name), image));
-  }
-
   // A video whose frame k is noise around 10 k + 20 grey.
   void WriteVideo(const std::string& name, int count) const {
     cv::VideoWriter writer(Path(name), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
@@ -37,10 +33,6 @@ class FrameSourceTest : public FolderTest {
     }
   }
 };
-
-cv::Mat Solid(int type, const cv::Scalar& value) { return cv::Mat(6, 8, type, value); }
-
-std::string MessageOf(const absl::Status& status) { return std::string(status.message()); }
 
 TEST(NaturalLess, ComparesRunsOfDigitsAsNumbers) {
   EXPECT_TRUE(NaturalLess("f9.png", "f10.png"));
@@ -76,9 +68,7 @@ TEST_F(FrameSourceTest, FolderInNaturalOrderWithTimesAndEnd) {
     WriteImage(std::to_string(k) + ".png", Solid(CV_8UC3, cv::Scalar::all(k)));
   WriteText("notes.txt", "not a picture");
   WriteImage(".hidden.png", Solid(CV_8UC3, cv::Scalar::all(99)));
-  FrameSourceOptions options;
-  options.nominal_rate_hz = 4.0;
-  auto source = Value(OpenFrameSource(folder_.string(), options));
+  auto source = Value(OpenFrameSource(folder_.string(), {.nominal_rate_hz = 4.0}));
   EXPECT_EQ(source->expected_frame_count(), 3);
   for (int index = 0; index < 3; ++index) {
     const auto read = source->Next();
@@ -119,9 +109,7 @@ TEST_F(FrameSourceTest, ErrorsNameTheInputAndWhatToDo) {
   EXPECT_EQ(OpenFrameSource(Path("*.tiff")).status().code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(OpenFrameSource(Path("*.mp4")), IsInvalid());
   EXPECT_FALSE(OpenFrameSource("").ok());
-  FrameSourceOptions options;
-  options.nominal_rate_hz = std::nan("");
-  EXPECT_FALSE(OpenFrameSource(Path("broken.png"), options).ok());
+  EXPECT_FALSE(OpenFrameSource(Path("broken.png"), {.nominal_rate_hz = std::nan("")}).ok());
   for (const auto& status : {missing.status(), fake.status(), empty.status(), broken.status()}) {
     EXPECT_EQ(MessageOf(status).find('\n'), std::string::npos) << "one line";
   }

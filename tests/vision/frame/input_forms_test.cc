@@ -19,7 +19,6 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::Not;
 
 TEST_F(InputTest, FoldersBelowAreReadWhereTheFolderHoldsNoPictures) {
@@ -152,9 +151,7 @@ TEST_F(InputTest, WhatIsNotReadSaysWhatWouldBe) {
 
 TEST_F(InputTest, TheRateOfAFolderIsTheUsers) {
   for (const char* name : {"9.png", "10.png", "8.png"}) WritePicture(name, 10);
-  FrameSourceOptions options;
-  options.nominal_rate_hz = 4.0;
-  const Seen seen = ReadAllOf(folder_.string(), options);
+  const Seen seen = ReadAllOf(folder_.string(), {.nominal_rate_hz = 4.0});
   EXPECT_THAT(seen.names, ElementsAre("8.png", "9.png", "10.png"));
   EXPECT_THAT(seen.times, ElementsAre(0.0, 0.25, 0.5));
 }
@@ -231,8 +228,7 @@ TEST_F(InputTest, VideosOfAFolderAreChaptersOfOneDrive) {
 
   WriteText("day.txt", "day/clip_10.avi\nday/clip_9.avi\n");
   EXPECT_THAT(ReadAllOf(Path("day.txt")).values, ElementsAre(60, 70, 80, 10, 20, 30, 40, 50));
-  FrameSourceOptions options;
-  options.times = Path("day.txt");
+  const FrameSourceOptions options{.times = Path("day.txt")};
   EXPECT_THAT(ErrorOf("day", options), HasSubstr("no folder or glob of pictures"));
 }
 

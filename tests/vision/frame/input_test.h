@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
 #include "vision/frame/frame_source.h"
 #include "vision/frame/quiet_libraries.h"
@@ -18,13 +19,7 @@ namespace egosieve::vision {
 // With an empty folder of its own.
 class FolderTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    QuietLibraries();
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
+  void SetUp() override { QuietLibraries(); }
 
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
 
@@ -32,8 +27,16 @@ class FolderTest : public ::testing::Test {
     std::ofstream(Path(name), std::ios::binary) << text;
   }
 
-  std::filesystem::path folder_;
+  void WriteImage(const std::string& name, const cv::Mat& image) const {
+    ASSERT_TRUE(cv::imwrite(Path(name), image));
+  }
+
+  const std::filesystem::path folder_ = FreshFolder();
 };
+
+inline cv::Mat Solid(int type, const cv::Scalar& value) { return cv::Mat(6, 8, type, value); }
+
+inline std::string MessageOf(const absl::Status& status) { return std::string(status.message()); }
 
 class InputTest : public FolderTest {
  protected:

@@ -22,14 +22,7 @@ using ::testing::IsEmpty;
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-class ImageDecodingTest : public FolderTest {
- protected:
-  void WriteImage(const std::string& name, const cv::Mat& image) const {
-    ASSERT_TRUE(cv::imwrite(Path(name), image));
-  }
-};
-
-cv::Mat Solid(int type, const cv::Scalar& value) { return cv::Mat(6, 8, type, value); }
+using ImageDecodingTest = FolderTest;
 
 // A number of `size` bytes, the highest first.
 std::string BigEndian(int64_t value, int size) {
@@ -37,8 +30,6 @@ std::string BigEndian(int64_t value, int size) {
   for (int i = size - 1; i >= 0; --i) bytes.push_back(static_cast<char>(value >> (8 * i)));
   return bytes;
 }
-
-std::string MessageOf(const absl::Status& status) { return std::string(status.message()); }
 
 TEST_F(ImageDecodingTest, EveryPixelFormatBecomesEightBitBgr) {
   WriteImage("0.png", Solid(CV_8UC1, cv::Scalar(7)));
@@ -232,9 +223,7 @@ TEST(EqualizeLuminance, OpensDarkPicturesAndLeavesTheInputAlone) {
   const cv::Mat image = DarkPicture();
   const cv::Mat before = image.clone();
   for (const Equalization method : {Equalization::kGlobal, Equalization::kClahe}) {
-    EqualizationOptions options;
-    options.method = method;
-    const cv::Mat result = EqualizeLuminance(image, options);
+    const cv::Mat result = EqualizeLuminance(image, {.method = method});
     ASSERT_EQ(result.type(), CV_8UC3);
     EXPECT_GT(LuminanceRange(result), 1.5 * LuminanceRange(image));
     EXPECT_EQ(cv::norm(image, before, cv::NORM_INF), 0.0);
@@ -243,8 +232,7 @@ TEST(EqualizeLuminance, OpensDarkPicturesAndLeavesTheInputAlone) {
 
 // Adding a constant shifts the histogram and leaves its shape: equalisation must undo it.
 TEST(EqualizeLuminance, GlobalTakesOutAChangeOfLight) {
-  EqualizationOptions options;
-  options.method = Equalization::kGlobal;
+  const EqualizationOptions options{.method = Equalization::kGlobal};
   cv::Mat grey;
   cv::cvtColor(DarkPicture(), grey, cv::COLOR_BGR2GRAY);
   const cv::Mat brighter = grey + 50;
@@ -254,12 +242,8 @@ TEST(EqualizeLuminance, GlobalTakesOutAChangeOfLight) {
 }
 
 TEST(EqualizationOptions, NonsenseIsRefused) {
-  EqualizationOptions options;
-  options.clahe_clip_limit = std::nan("");
-  EXPECT_FALSE(options.Validate().ok());
-  options = {};
-  options.clahe_tiles = 0;
-  EXPECT_FALSE(options.Validate().ok());
+  EXPECT_FALSE(EqualizationOptions{.clahe_clip_limit = std::nan("")}.Validate().ok());
+  EXPECT_FALSE(EqualizationOptions{.clahe_tiles = 0}.Validate().ok());
 }
 
 class FileListTest : public InputTest {};
@@ -293,8 +277,7 @@ TEST_F(FileListTest, TimesOfAFolderComeFromAFile) {
   WritePicture("image_2/0.png", 10);
   WritePicture("image_2/1.png", 20);
   WriteText("times.txt", "0.000000e+00\n1.036220e-01\n");
-  FrameSourceOptions options;
-  options.times = Path("times.txt");
+  FrameSourceOptions options{.times = Path("times.txt")};
   EXPECT_THAT(ReadAllOf(Path("image_2"), options).times, ElementsAre(0.0, 0.103622));
   WriteText("times.txt", "2011-09-26 13:02:25.25\n2011-09-26 13:02:25.5\n");
   const Seen raw = ReadAllOf(Path("image_2"), options);

@@ -210,8 +210,7 @@ TEST(VideoRemarks, OrdinaryVideoHasNone) {
 }
 
 TEST(VideoRemarks, TenBitsAreReadAsEight) {
-  Kind kind;
-  kind.format = AV_PIX_FMT_YUV420P10;
+  const Kind kind{.format = AV_PIX_FMT_YUV420P10};
   const std::string path = WriteVideo("deep", kind);
   EXPECT_THAT(RemarksOnVideos({path}), IsEmpty());
   const auto source = Value(OpenFrameSource(path));
@@ -230,9 +229,7 @@ TEST(VideoRemarks, TenBitsAreReadAsEight) {
 }
 
 TEST(VideoRemarks, HighDynamicRangeIsTold) {
-  Kind kind;
-  kind.format = AV_PIX_FMT_YUV420P10;
-  kind.transfer = AVCOL_TRC_SMPTE2084;
+  Kind kind{.format = AV_PIX_FMT_YUV420P10, .transfer = AVCOL_TRC_SMPTE2084};
   EXPECT_THAT(RemarksOnVideos({WriteVideo("pq", kind)}), ElementsAre(HasSubstr("is HDR (PQ)")));
   kind.transfer = AVCOL_TRC_ARIB_STD_B67;
   EXPECT_THAT(RemarksOnVideos({WriteVideo("hlg", kind)}), ElementsAre(HasSubstr("is HDR (HLG)")));
@@ -240,17 +237,14 @@ TEST(VideoRemarks, HighDynamicRangeIsTold) {
 
 TEST(VideoRemarks, HalfPicturesAreTold) {
   for (const AVFieldOrder fields : {AV_FIELD_TT, AV_FIELD_BB}) {
-    Kind kind;
-    kind.fields = fields;
-    EXPECT_THAT(RemarksOnVideos({WriteVideo("interlaced", kind)}),
+    EXPECT_THAT(RemarksOnVideos({WriteVideo("interlaced", {.fields = fields})}),
                 ElementsAre(HasSubstr("is interlaced")));
   }
 }
 
 TEST(VideoRemarks, GapsBetweenChaptersAreTold) {
   const auto chapter = [](const char* name, const char* created) {
-    Kind kind;
-    kind.created = created;
+    Kind kind{.created = created};
     kind.frames = 50;  // 5 s
     return WriteVideo(name, kind);
   };

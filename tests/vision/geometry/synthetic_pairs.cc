@@ -86,8 +86,8 @@ SyntheticPairs MakeSyntheticPairs(const SyntheticOptions& options) {
   Generator random(options.seed);
   const Pose pose = MakePose(options.motion, random);
   const Eigen::Matrix3d k = Intrinsics(), inverse = k.inverse();
-  SyntheticPairs result;
-  result.fundamental = inverse.transpose() * Cross(pose.translation) * pose.rotation * inverse;
+  SyntheticPairs result{.fundamental = inverse.transpose() * Cross(pose.translation) *
+                                       pose.rotation * inverse};
   result.homography.setZero();
   // The plane n.X = d of a planar scene: a facade at an angle.
   const Eigen::Vector3d normal = Eigen::Vector3d(random.Uniform(-0.4, 0.4), 0.1, 1).normalized();

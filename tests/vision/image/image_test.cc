@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <random>
 
-#include "gtest/gtest.h"
+#include "gmock/gmock.h"
 #include "vision/image/bilinear.h"
 #include "vision/image/cell_grid.h"
 #include "vision/image/inside.h"
@@ -12,47 +12,32 @@
 namespace egosieve::vision {
 namespace {
 
+using ::testing::_;
+using ::testing::FieldsAre;
+
 // 10 20 40
 //  0 30 80
 cv::Mat1b Picture() { return (cv::Mat1b(2, 3) << 10, 20, 40, 0, 30, 80); }
 
 TEST(AroundClamped, IsTheWholePositionBeforeAndTheNext) {
-  const Around<double> middle = AroundClamped(3.25, 6);
-  EXPECT_EQ(middle.low, 3);
-  EXPECT_EQ(middle.high, 4);
-  EXPECT_EQ(middle.share, 0.25);
-  const Around<double> whole = AroundClamped(3.0, 6);
-  EXPECT_EQ(whole.low, 3);
-  EXPECT_EQ(whole.share, 0.0);
+  EXPECT_THAT(AroundClamped(3.25, 6), FieldsAre(3, 4, 0.25));
+  EXPECT_THAT(AroundClamped(3.0, 6), FieldsAre(3, _, 0.0));
 }
 
 TEST(AroundClamped, TheLastPositionIsInAPairOrAlone) {
   for (const float at : {5.0f, 5.5f, 1e9f}) {
-    const Around<float> pair = AroundClamped(at, 6);
-    EXPECT_EQ(pair.low, 4) << at;
-    EXPECT_EQ(pair.high, 5) << at;
-    EXPECT_EQ(pair.share, 1.0f) << at;
-    const Around<float> alone = AroundClamped<AtLast::kAlone>(at, 6);
-    EXPECT_EQ(alone.low, 5) << at;
-    EXPECT_EQ(alone.high, 5) << at;
-    EXPECT_EQ(alone.share, 0.0f) << at;
+    EXPECT_THAT(AroundClamped(at, 6), FieldsAre(4, 5, 1.0f)) << at;
+    EXPECT_THAT(AroundClamped<AtLast::kAlone>(at, 6), FieldsAre(5, 5, 0.0f)) << at;
   }
-  const Around<float> before = AroundClamped<AtLast::kAlone>(4.5f, 6);
-  EXPECT_EQ(before.low, 4);
-  EXPECT_EQ(before.high, 5);
+  EXPECT_THAT(AroundClamped<AtLast::kAlone>(4.5f, 6), FieldsAre(4, 5, _));
 }
 
 TEST(AroundClamped, OutsideAndOfOneValueItIsTheNearest) {
   for (const float at : {-0.5f, -1e9f}) {
-    const Around<float> first = AroundClamped(at, 6);
-    EXPECT_EQ(first.low, 0) << at;
-    EXPECT_EQ(first.share, 0.0f) << at;
+    EXPECT_THAT(AroundClamped(at, 6), FieldsAre(0, _, 0.0f)) << at;
   }
   for (const float at : {-2.0f, 0.0f, 0.7f}) {
-    const Around<float> single = AroundClamped(at, 1);
-    EXPECT_EQ(single.low, 0) << at;
-    EXPECT_EQ(single.high, 0) << at;
-    EXPECT_EQ(single.share, 0.0f) << at;
+    EXPECT_THAT(AroundClamped(at, 1), FieldsAre(0, 0, 0.0f)) << at;
   }
 }
 

@@ -1,49 +1,31 @@
 #include "vision/labelling/drive_camera.h"
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <utility>
 #include <vector>
 
 #include "gmock/gmock.h"
+#include "tests/vision/frame/fake_source.h"
 #include "tests/vision/labelling/street_drive.h"
 
 namespace egosieve::vision {
 namespace {
 
 // The pictures given, of which `damaged` cannot be read; ten a second.
-class PictureSource : public FrameSource {
+class PictureSource : public FakeSource {
  public:
-  explicit PictureSource(std::vector<DrivePicture> pictures, std::vector<int64_t> damaged = {})
-      : pictures_(std::move(pictures)), damaged_(std::move(damaged)) {}
-
-  absl::StatusOr<FrameRead> Next() override {
-    if (next_ >= expected_frame_count()) return EndOfFrames{expected_frame_count(), ""};
-    const int64_t index = next_++;
-    if (std::find(damaged_.begin(), damaged_.end(), index) != damaged_.end()) {
-      return DamagedFrame{index, "torn"};
-    }
-    Frame frame = pictures_[index].frame;
-    frame.index = index;
-    frame.time_seconds = 0.1 * static_cast<double>(index);
-    return frame;
-  }
-  absl::Status SeekTo(int64_t index) override {
-    next_ = index;
-    return absl::OkStatus();
-  }
-  int64_t next_index() const override { return next_; }
-  int64_t expected_frame_count() const override { return static_cast<int64_t>(pictures_.size()); }
-  std::string description() const override { return "pictures"; }
-  std::vector<std::string> files() const override { return {}; }
-
- private:
-  std::vector<DrivePicture> pictures_;
-  std::vector<int64_t> damaged_;
-  int64_t next_ = 0;
+  explicit PictureSource(const std::vector<DrivePicture>& pictures, std::set<int64_t> damaged = {})
+      : FakeSource(static_cast<int64_t>(pictures.size()), std::move(damaged),
+                   [pictures](int64_t index) {
+                     Frame frame = pictures[index].frame;
+                     frame.index = index;
+                     frame.time_seconds = 0.1 * static_cast<double>(index);
+                     return frame;
+                   }) {}
 };
 
 TEST(DriveCamera, ATurnTellsTheFocalLength) {
@@ -113,7 +95,7 @@ TEST(DriveCamera, AReflectionIsOnTheWindscreen) {
     cv::Mat road = picture.frame.image(place);
     cv::addWeighted(road, 0.5, reflection, 1.0, 0.0, road);
   }
-  PictureSource source(std::move(pictures));
+  PictureSource source(pictures);
   const cv::Mat1b found = LearnDriveCamera(source, {})->windscreen;
   ASSERT_FALSE(found.empty());
   EXPECT_GT(cv::countNonZero(found(place)), 0.8 * place.area());
@@ -132,8 +114,7 @@ TEST(DriveCamera, ABonnetIsTheOwnVehicle) {
   EXPECT_GT(cv::countNonZero(camera.own_vehicle(cv::Rect(0, 188, 400, 52))), 0.9 * 400 * 52);
   EXPECT_LT(cv::countNonZero(camera.own_vehicle(cv::Rect(0, 0, 400, 172))), 0.01 * 400 * 172);
 
-  DriveCameraOptions without;
-  without.finds_own_vehicle = false;
+  const DriveCameraOptions without{.finds_own_vehicle = false};
   PictureSource again(pictures);
   EXPECT_TRUE(LearnDriveCamera(again, without)->own_vehicle.empty());
 }
@@ -147,8 +128,7 @@ TEST(DriveCamera, AVehicleThatIsFollowedIsNotTheOwnVehicle) {
 }
 
 TEST(DriveCamera, AFocalLengthThatIsKnownIsKept) {
-  DriveCameraOptions options;
-  options.focal_ratio = 1.25;
+  const DriveCameraOptions options{.focal_ratio = 1.25};
   PictureSource source(PairsOf(EditedScenario("turning", 3, [](Scene&) {}), 2, 5));
   const DriveCamera camera = *LearnDriveCamera(source, options);
   EXPECT_EQ(camera.focal_ratio, 1.25);

@@ -140,11 +140,8 @@ TEST(FocalLearner, EndsAfterEightWindows) {
 }
 
 std::unique_ptr<FrameLabeller> OnlineLabeller(int labelling_size = 0) {
-  FrameLabellerOptions options;
-  options.learns_focal_ratio = true;
-  options.frame_gap = 0;
-  options.longest_side_pixels = labelling_size;
-  return *MakeFrameLabeller(options);
+  return *MakeFrameLabeller(
+      {.learns_focal_ratio = true, .longest_side_pixels = labelling_size, .frame_gap = 0});
 }
 
 TEST(FocalLearner, TheLabellerIsCalibratedFromThenOn) {

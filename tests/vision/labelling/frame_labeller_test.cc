@@ -27,8 +27,8 @@ TEST(FrameLabeller, MoverStandsOut) {
     EXPECT_EQ(labelled.first_index, 0);
     EXPECT_EQ(labelled.labelled.index, 1);
     const FeatureScore score = ScoreAgainstMask(labelled, WallMask(labelled.labelled.index));
-    EXPECT_GT(score.residual_auc.value_or(0), 0.95);
-    EXPECT_GT(score.label_auc.value_or(0), 0.95);
+    EXPECT_GT(score.residual_auc, 0.95);
+    EXPECT_GT(score.label_auc, 0.95);
   }
 }
 
@@ -96,9 +96,7 @@ TEST(FrameLabeller, ExtractingAheadChangesNothing) {
 }
 
 TEST(FrameLabeller, FrameGapAndFirstFrames) {
-  FrameLabellerOptions options;
-  options.frame_gap = 3;
-  auto labeller = MakeLabeller(options);
+  auto labeller = MakeLabeller({.frame_gap = 3});
   for (int64_t t = 0; t < 6; ++t) {
     const auto labelled = Value(labeller->Process(WallFrame(t)));
     ExpectWellFormed(labelled);
@@ -112,8 +110,7 @@ TEST(FrameLabeller, FrameGapAndFirstFrames) {
 }
 
 TEST(FrameLabeller, AutoGapResumesWithTheSameBytes) {
-  FrameLabellerOptions options;
-  options.frame_gap = 0;
+  FrameLabellerOptions options{.frame_gap = 0};
   auto whole = MakeLabeller(options), resumed = MakeLabeller(options);
   std::vector<LabelledFrame> reference;
   std::vector<std::string> states;
@@ -161,15 +158,13 @@ TEST(FrameLabeller, RepeatedPicturesAreNoPictures) {
 }
 
 TEST(FrameLabeller, ADarkFrameEndsTheTracksAndMissingFramesDoNot) {
-  FrameLabellerOptions options;
-  options.frame_gap = 2;
-  auto labeller = MakeLabeller(options);
+  auto labeller = MakeLabeller({.frame_gap = 2});
   for (const int64_t t : {0, 1, 2}) ASSERT_TRUE(labeller->Process(WallFrame(t)).ok());
   // 3 and 4 are missing: the step is longer, nothing else.
   const auto behind = Value(labeller->Process(WallFrame(5)));
   ASSERT_EQ(behind.outcome, LabelOutcome::kLabelled) << behind.reason;
   EXPECT_EQ(behind.first_index, 1);
-  EXPECT_GT(ScoreAgainstMask(behind, WallMask(5)).label_auc.value_or(0), 0.95);
+  EXPECT_GT(ScoreAgainstMask(behind, WallMask(5)).label_auc, 0.95);
   // A covered lens: no pair reaches across it.
   ASSERT_NE(
       labeller->Process(FrameOf(6, cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar::all(3))))->outcome,

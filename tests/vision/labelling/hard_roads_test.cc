@@ -67,12 +67,7 @@ constexpr double kLeastFound = 0.5;
 // By the frames from one to the other of the pair: fixed at 1, or chosen by parallax.
 class HardRoad : public testing::TestWithParam<int> {
  protected:
-  FrameLabellerOptions Options() const {
-    FrameLabellerOptions options;
-    options.frame_gap = GetParam();
-    options.threads = 1;
-    return options;
-  }
+  FrameLabellerOptions Options() const { return {.frame_gap = GetParam(), .threads = 1}; }
 
   std::vector<Labelled> Label(const Pictures& pictures) const { return Label(pictures, Options()); }
 

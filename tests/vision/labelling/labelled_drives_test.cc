@@ -32,8 +32,7 @@ constexpr int kTop = 120;  // of 240 rows; below it a dashboard
 // The last frame's labels of a turn behind a dashboard that fills the lower half.
 LabelledFrame LabelsOf(bool ignores) {
   const Scenario scenario = EditedScenario("turning", 3, [](Scene&) {});
-  FrameLabellerOptions options;
-  options.focal_ratio = FocalRatioOf(scenario);
+  FrameLabellerOptions options{.focal_ratio = FocalRatioOf(scenario)};
   if (ignores) {
     options.ignored = cv::Mat1b::zeros(240, 400);
     options.ignored(cv::Rect(0, kTop, 400, 240 - kTop)) = 255;
@@ -93,8 +92,7 @@ TEST(IgnoredArea, IsStaticAndHasNoPartInTheMotion) {
 
 TEST(Windscreen, HasNoLabels) {
   const Scenario scenario = EditedScenario("turning", 3, [](Scene&) {});
-  FrameLabellerOptions options;
-  options.focal_ratio = FocalRatioOf(scenario);
+  FrameLabellerOptions options{.focal_ratio = FocalRatioOf(scenario)};
   const cv::Rect reflection(100, 80, 120, 90);
   const auto count_in = [&](const FrameLabellerOptions& with) {
     const LabelledFrame labels = LastLabels(with, PicturesOf(scenario, 57, 4));
@@ -126,11 +124,10 @@ TEST(ReducedLabels, MatricesGoOnFitting) {
   const cv::Vec3d epipole(300.0, 90.0, 1.0);
   const cv::Matx33d across(0.0, -epipole[2], epipole[1], epipole[2], 0.0, -epipole[0], -epipole[1],
                            epipole[0], 0.0);
-  LabelledFrame labels;
-  labels.motion_model = MotionModelKind::kHomography;
-  labels.motion_matrix = h;
-  labels.rejected_model = MotionModelKind::kFundamental;
-  labels.rejected_matrix = across * h;
+  LabelledFrame labels{.motion_model = MotionModelKind::kHomography,
+                       .motion_matrix = h,
+                       .rejected_model = MotionModelKind::kFundamental,
+                       .rejected_matrix = across * h};
   for (const double x : {0.0, 310.0, 639.0}) {
     const cv::Vec3d there = h * cv::Vec3d(x, 100.0, 1.0);
     labels.positions.insert(labels.positions.end(), {x, 100.0});
@@ -157,9 +154,8 @@ TEST(ReducedLabels, MatricesGoOnFitting) {
 
 TEST(ReducedLabels, CoverTheWholePicture) {
   const Scenario scenario = EditedScenario("turning", 3, [](Scene&) {});
-  FrameLabellerOptions options;
-  options.focal_ratio = FocalRatioOf(scenario);
-  options.ignored = cv::Mat1b::zeros(240, 400);
+  FrameLabellerOptions options{.focal_ratio = FocalRatioOf(scenario),
+                               .ignored = cv::Mat1b::zeros(240, 400)};
   options.ignored(cv::Rect(0, 180, 400, 60)) = 255;
   int64_t whole_size = 0;
   for (const int side : {0, kSide}) {
@@ -237,8 +233,7 @@ std::vector<LabelledFrame> LabelAll(FrameLabeller& labeller, const Pictures& pic
 }
 
 TEST(PreparedPairs, GiveTheSameLabelsBesideThemAndBefore) {
-  FrameLabellerOptions options;
-  options.focal_ratio = 0.65;
+  const FrameLabellerOptions options{.focal_ratio = 0.65};
   const auto alone = *MakeFrameLabeller(options);
   const Pictures pictures = Extracted(*alone, 7);
   const std::vector<LabelledFrame> expected = LabelAll(*alone, pictures);
@@ -291,8 +286,7 @@ constexpr double kPicturesPerSecond = 10.0;
 TEST(CausalGround, ItsSpeedIsThatOfTheCamera) {
   const Scenario scenario = EditedScenario("street", 3, [](Scene&) {});
   const Pose from = scenario.PoseAt(kFirst), to = scenario.PoseAt(kFirst + kCount - 1);
-  FrameLabellerOptions options;
-  options.threads = 1;
+  FrameLabellerOptions options{.threads = 1};
   options.frame_gap = 0;  // by parallax
   options.focal_ratio = FocalRatioOf(scenario);
   options.travel.direction = (from.rotation.transpose() * (from.centre - to.centre)).normalized();

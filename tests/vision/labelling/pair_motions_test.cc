@@ -121,8 +121,7 @@ TEST(PairMotions, TheFixedPatternTellsNothingOfTheMotion) {
 
 // What a hand-held camera, or one that stands, sees in most pictures is no windscreen.
 TEST(PatternOf, OnlyVehiclesHaveOne) {
-  FrameLabellerOptions options;
-  options.fixed_pattern = cv::Mat1b(kHeight, kWidth, uint8_t{100});
+  FrameLabellerOptions options{.fixed_pattern = cv::Mat1b(kHeight, kWidth, uint8_t{100})};
   EXPECT_EQ(PatternOf(options), nullptr);
   options.travel.share = 0.9;
   options.travel.concentration = 400.0;
@@ -185,18 +184,12 @@ TrackedPoint At(float x, float y) {
   return point;
 }
 
-PointEvidence Judged(double probability) {
-  PointEvidence evidence;
-  evidence.judged = true;
-  evidence.probability = probability;
-  return evidence;
-}
+PointEvidence Judged(double probability) { return {.probability = probability, .judged = true}; }
 
 TEST(MoverMemory, GoesWithTheLinks) {
   MoverMemory memory(kStride);
   EXPECT_TRUE(memory.CarriedBy({{2, 2, 7, 2}}, kImage).empty());
-  EvidenceResult evidence;
-  evidence.points = {Judged(0.9), Judged(0.2), PointEvidence(), Judged(0.8)};
+  EvidenceResult evidence{.points = {Judged(0.9), Judged(0.2), PointEvidence(), Judged(0.8)}};
   evidence.points[3].judged = false;
   memory.Remember({At(2, 2), At(47, 27), At(12, 2), At(17, 2)}, evidence, kImage);
   ASSERT_EQ(memory.nodes().size(), 60u);
@@ -221,9 +214,7 @@ TEST(MoverMemory, GoesWithTheLinks) {
 TEST(MoverMemory, TheNearestNodeOfABorderIsInItsRow) {
   const cv::Size wide(52, 30);  // 10 x 6 nodes as well
   MoverMemory memory(kStride);
-  EvidenceResult evidence;
-  evidence.points = {Judged(0.9), Judged(0.7)};
-  memory.Remember({At(2, 7), At(47, 27)}, evidence, wide);
+  memory.Remember({At(2, 7), At(47, 27)}, {.points = {Judged(0.9), Judged(0.7)}}, wide);
   EXPECT_EQ(memory.At(memory.nodes(), {50.0f, 2.0f}, wide), 0.0f);
   EXPECT_FLOAT_EQ(memory.At(memory.nodes(), {50.0f, 29.0f}, wide), 0.7f);
 }
@@ -233,9 +224,7 @@ TEST(MoverMemory, TheNearestNodeOfABorderIsInItsRow) {
 TEST(MoverMemory, ABusThatFillsThePictureMoves) {
   const Scenario scenario = EditedScenario("bus_stop", 1, [](Scene&) {});
   const std::vector<DrivePicture> pictures = PicturesOf(scenario, 55, 45);
-  FrameLabellerOptions options;
-  options.frame_gap = 1;
-  options.threads = 1;
+  FrameLabellerOptions options{.frame_gap = 1, .threads = 1};
   options.focal_ratio = scenario.intrinsics().focal_pixels / scenario.options().width_pixels;
   const auto labelled = [&](bool remembers) {
     options.evidence.accumulation = remembers;
@@ -301,14 +290,13 @@ TEST(LinesAlongTravel, NoneAboveTheHorizon) {
 // The camera moves ahead by a tenth of its height above the ground.
 TEST(SeemsNoNearerThanGround, TellsTheGroundFromWhatStandsOnIt) {
   const Pinhole camera = Camera();
-  TwoViewMotion motion;
-  motion.found = true;
-  motion.translation = -kAhead;
-  motion.mean_parallax = 0.05;
-  motion.noise = 0.5 / camera.focal_pixels;
-  motion.static_share = 0.9;
-  motion.moving_scale = 10.0 / camera.focal_pixels;
-  motion.noise_pixels = 0.5;
+  TwoViewMotion motion{.found = true,
+                       .translation = -kAhead,
+                       .mean_parallax = 0.05,
+                       .noise = 0.5 / camera.focal_pixels,
+                       .static_share = 0.9,
+                       .moving_scale = 10.0 / camera.focal_pixels,
+                       .noise_pixels = 0.5};
   const auto seen = [&](double share_of_ground) {
     const cv::Point2f now(100.0F, 140.0F);
     const Eigen::Vector3d ray = camera.Ray(now.x, now.y);

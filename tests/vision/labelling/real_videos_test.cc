@@ -59,9 +59,7 @@ Clip SmoothClip(double sigma, uint64_t seed) {
 
 // Another seed is another town; two scenarios of one would show the same street.
 Clip StreetClip(const std::string& scenario, uint64_t seed) {
-  ScenarioOptions options;
-  options.width_pixels = 400;
-  options.height_pixels = 240;
+  const ScenarioOptions options{.width_pixels = 400, .height_pixels = 240};
   Clip clip{scenario, {}};
   const Scenario street = Value(MakeScenario(scenario, seed, options));
   for (int t = 0; t < kPictures; ++t) clip.images.push_back(street.Render(20 + t)->image);
@@ -124,9 +122,7 @@ TEST(Cut, SyntheticStreets) {
   const std::vector<Clip> clips = {StreetClip("street", 3), StreetClip("crossing", 4),
                                    SmoothClip(4.0, 9)};
   ExpectCutsBetweenAll(clips, {});
-  FrameLabellerOptions epipolar;
-  epipolar.evidence = EvidenceTerms::EpipolarAlone();
-  ExpectCutsBetweenAll(clips, epipolar);
+  ExpectCutsBetweenAll(clips, {.evidence = EvidenceTerms::EpipolarAlone()});
   ExpectCutsBetweenAll(clips, FrameLabellerOptions::Paper());
 }
 
@@ -150,9 +146,7 @@ TEST(Cut, ABonnetThatGoesOnDoesNotHideIt) {
 // What carries over from frame to frame must not carry over the cut: a longer pair does not.
 TEST(Cut, NoPairReachesAcross) {
   const Clip one = SmoothClip(4.0, 1), other = SmoothClip(4.0, 2);
-  FrameLabellerOptions options;
-  options.frame_gap = 2;
-  const auto labeller = MakeLabeller(options);
+  const auto labeller = MakeLabeller({.frame_gap = 2});
   std::vector<LabelOutcome> outcomes;
   for (int t = 0; t < 2 * kPictures; ++t) {
     const auto frame = Value(

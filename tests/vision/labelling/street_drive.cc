@@ -42,10 +42,7 @@ cv::Point2f MovedBy(const Scenario& scenario, const SyntheticFrame& frame, const
 
 Scenario EditedScenario(const std::string& name, uint64_t seed,
                         const std::function<void(Scene&)>& edit) {
-  ScenarioOptions options;
-  options.width_pixels = 400;
-  options.height_pixels = 240;
-  options.threads = 1;
+  const ScenarioOptions options{.width_pixels = 400, .height_pixels = 240, .threads = 1};
   auto scenario = Value(MakeScenario(name, seed, options));
   Scene scene = scenario.scene();
   edit(scene);

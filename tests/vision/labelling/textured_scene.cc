@@ -31,10 +31,9 @@ cv::Mat Texture(int width, int height, uint64_t seed) {
 
 Frame WallFrame(int64_t index) {
   static const cv::Mat wall = Texture(3 * kWidth, kHeight, 5), square = Texture(60, 60, 6);
-  Frame frame;
-  frame.index = index;
-  frame.time_seconds = 0.1 * static_cast<double>(index);
-  frame.image = wall(cv::Rect(3 * static_cast<int>(index), 0, kWidth, kHeight)).clone();
+  Frame frame{.index = index,
+              .time_seconds = 0.1 * static_cast<double>(index),
+              .image = wall(cv::Rect(3 * static_cast<int>(index), 0, kWidth, kHeight)).clone()};
   square.copyTo(frame.image(cv::Rect(30 + 4 * static_cast<int>(index), 50, 60, 60)));
   return frame;
 }
@@ -45,16 +44,10 @@ cv::Mat WallMask(int64_t index) {
   return mask;
 }
 
-Frame FrameOf(int64_t index, const cv::Mat& image) {
-  Frame frame;
-  frame.index = index;
-  frame.image = image;
-  return frame;
-}
+Frame FrameOf(int64_t index, const cv::Mat& image) { return {.index = index, .image = image}; }
 
 std::vector<FrameLabellerOptions> EveryKindOfOptions() {
-  FrameLabellerOptions epipolar;
-  epipolar.evidence = EvidenceTerms::EpipolarAlone();
+  const FrameLabellerOptions epipolar{.evidence = EvidenceTerms::EpipolarAlone()};
   return {FrameLabellerOptions(), epipolar, FrameLabellerOptions::Paper()};
 }
 

@@ -47,9 +47,7 @@ TEST(LinkMaps, CarriesEvidenceAlongTheFlow) {
   EXPECT_NEAR(linked[0](20, 25), 4.0f / (1.0f + fading), 1e-4);
   EXPECT_NEAR(linked[2](20, 35), 4.0f * fading / (1.0f + fading), 1e-4);
   EXPECT_EQ(linked[0](10, 10), 0.0f);
-  TemporalLinkOptions causal;
-  causal.causal = true;
-  const std::vector<cv::Mat1f> from_past = LinkMaps(frames, causal);
+  const std::vector<cv::Mat1f> from_past = LinkMaps(frames, {.causal = true});
   EXPECT_EQ(cv::countNonZero(from_past[0]), 0);
   EXPECT_NEAR(from_past[2](20, 35), 4.0f * fading / (1.0f + fading), 1e-4);
 }
@@ -187,8 +185,7 @@ TEST(MapWindow, WhatOnePictureAloneSaysChangesLittle) {
 
 // A grey box on a textured ground that stands still. The map shows the box's rim alone.
 ShotFrame BoxWithRim(const cv::Mat3b& ground, const cv::Rect& box, float inside) {
-  ShotFrame frame;
-  frame.image = ground.clone();
+  ShotFrame frame{.image = ground.clone()};
   frame.image(box) = cv::Vec3b(200, 200, 200);
   frame.log_odds = cv::Mat1f(ground.size(), -4.0f);
   frame.log_odds(box) = 3.0f;
@@ -228,8 +225,7 @@ TEST(SegmentShot, FollowsFlowFromPictureToPicture) {
   shot[1].log_odds(cv::Rect(50, 40, 40, 40)) = -1.0f;
   shot[1].backward = cv::Mat(size, CV_32FC2, cv::Scalar(-10.0, 0.0));
   shot[1].agreement = cv::Mat1f(size, 1.0f);
-  ShotSegmentationOptions options;
-  options.within = 0.0;
+  ShotSegmentationOptions options{.within = 0.0};
   options.colour.limit = 1e-6;
   EXPECT_NEAR(SegmentShot(shot, options)[1](60, 85), -1.0f + 2.0f, 1e-3);
   EXPECT_NEAR(SegmentShot(shot, options)[1](60, 95), -3.0f - 2.0f, 1e-3);

@@ -282,8 +282,7 @@ FlowPair NoFlow() {
 }
 
 KnownMover Moving(uint16_t number, int step, const ColourShares& colours) {
-  KnownMover mover{number, {{}, {static_cast<double>(step), 0.0}, cv::Matx22d::zeros()}, &colours};
-  return mover;
+  return {number, {{}, {static_cast<double>(step), 0.0}, cv::Matx22d::zeros()}, &colours};
 }
 
 double ShareRight(const cv::Mat1w& numbers, const cv::Mat1w& truth) {
@@ -293,11 +292,10 @@ double ShareRight(const cv::Mat1w& numbers, const cv::Mat1w& truth) {
 
 TEST(AssignPixels, PicturesTellWhoseAPixelIsWhereFlowSaysNothing) {
   cv::Mat1w last, truth, later;
-  AssignmentPictures pictures;
-  pictures.before = PictureAt(0, &last);
-  pictures.now = PictureAt(1, &truth);
-  pictures.from_before = NoFlow();
-  pictures.mask = truth != 0;
+  AssignmentPictures pictures{.before = PictureAt(0, &last),
+                              .now = PictureAt(1, &truth),
+                              .from_before = NoFlow(),
+                              .mask = truth != 0};
   const ColourShares colours = {};
   const std::vector<KnownMover> movers = {Moving(1, kBackStep, colours),
                                           Moving(2, kFrontStep, colours)};
@@ -314,9 +312,7 @@ TEST(AssignPixels, PicturesTellWhoseAPixelIsWhereFlowSaysNothing) {
 
 TEST(AssignPixels, LeavesPixelsThatNoMoverExplains) {
   cv::Mat1w last, truth;
-  AssignmentPictures pictures;
-  pictures.before = PictureAt(0, &last);
-  pictures.now = PictureAt(1, &truth).clone();
+  AssignmentPictures pictures{.before = PictureAt(0, &last), .now = PictureAt(1, &truth).clone()};
   // Something white with flow of its own appears 20 pixels beside the back body.
   const cv::Rect new_body(112, 20, 8, 20);
   pictures.now(new_body) = cv::Vec3b(255, 255, 255);

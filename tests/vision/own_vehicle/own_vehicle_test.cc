@@ -80,13 +80,11 @@ TEST(FixedPlaces, AFewPicturesSayNothing) {
 
 // Everything fixed, with edges across `normal`.
 FixedPlaces AllFixed(const Eigen::Vector2d& normal) {
-  FixedPlaces places;
-  places.image = {kWidth, kHeight};
-  places.kind = cv::Mat1b(kHeight, kWidth, FixedPlaces::kFixed);
-  places.s_xx = cv::Mat1f(kHeight, kWidth, static_cast<float>(normal(0) * normal(0)));
-  places.s_xy = cv::Mat1f(kHeight, kWidth, static_cast<float>(normal(0) * normal(1)));
-  places.s_yy = cv::Mat1f(kHeight, kWidth, static_cast<float>(normal(1) * normal(1)));
-  return places;
+  return {.image = {kWidth, kHeight},
+          .kind = cv::Mat1b(kHeight, kWidth, FixedPlaces::kFixed),
+          .s_xx = cv::Mat1f(kHeight, kWidth, static_cast<float>(normal(0) * normal(0))),
+          .s_xy = cv::Mat1f(kHeight, kWidth, static_cast<float>(normal(0) * normal(1))),
+          .s_yy = cv::Mat1f(kHeight, kWidth, static_cast<float>(normal(1) * normal(1)))};
 }
 
 std::vector<PairWorld> Worlds(double turn, double ground_slope) {
@@ -163,24 +161,14 @@ TEST(OwnVehicle, ABlankBonnetIsFoundByItsEdge) {
 }
 
 TEST(OwnVehicle, OptionsNameWhatIsWrong) {
-  OwnVehicleOptions options;
-  options.agreeing_share = 1.5;
-  EXPECT_THAT(options.Validate().message(), testing::HasSubstr("agreeing_share is 1.5"));
-  options = {};
-  options.least_evidence = 0.0;
-  EXPECT_THAT(options.Validate().message(), testing::HasSubstr("least_evidence"));
+  EXPECT_THAT(OwnVehicleOptions{.agreeing_share = 1.5}.Validate().message(),
+              testing::HasSubstr("agreeing_share is 1.5"));
+  EXPECT_THAT(OwnVehicleOptions{.least_evidence = 0.0}.Validate().message(),
+              testing::HasSubstr("least_evidence"));
 }
 
-constexpr int kPatternWidth = 120, kPatternHeight = 80;
+const cv::Size kPatternSize(120, 80);
 const cv::Rect kCovered(30, 20, 40, 30);
-
-cv::Mat1b PatternTexture(uint64_t seed) {
-  cv::RNG random(seed);
-  cv::Mat1b texture(kPatternHeight, kPatternWidth);
-  random.fill(texture, cv::RNG::UNIFORM, 0, 255);
-  cv::GaussianBlur(texture, texture, {}, 1.5);
-  return texture;
-}
 
 double AgreeingShare(const cv::Mat1b& median, const cv::Mat1b& picture, cv::Rect area) {
   const FixedPattern pattern(SmoothPicture(median), {});
@@ -189,25 +177,25 @@ double AgreeingShare(const cv::Mat1b& median, const cv::Mat1b& picture, cv::Rect
 }
 
 TEST(FixedPattern, AgreesInAnyLight) {
-  const cv::Mat1b median = PatternTexture(1);
+  const cv::Mat1b median = Texture(kPatternSize, 1);
   cv::Mat1b darker;
   median.convertTo(darker, CV_8U, 0.6, 20.0);
-  EXPECT_GT(AgreeingShare(median, darker, {0, 0, kPatternWidth, kPatternHeight}), 0.99);
+  EXPECT_GT(AgreeingShare(median, darker, {{}, kPatternSize}), 0.99);
 }
 
 TEST(FixedPattern, DoesNotAgreeWithWhatCoversIt) {
-  const cv::Mat1b median = PatternTexture(1);
+  const cv::Mat1b median = Texture(kPatternSize, 1);
   cv::Mat1b covered = median.clone();
-  PatternTexture(2)(kCovered).copyTo(covered(kCovered));
+  Texture(kPatternSize, 2)(kCovered).copyTo(covered(kCovered));
   const int margin = kFixedPatternWindow / 2;
   const cv::Rect inner(kCovered.x + margin, kCovered.y + margin, kCovered.width - 2 * margin,
                        kCovered.height - 2 * margin);
   EXPECT_LT(AgreeingShare(median, covered, inner), 0.2);  // some windows are alike by chance
-  EXPECT_GT(AgreeingShare(median, covered, {80, 0, 40, kPatternHeight}), 0.99);
+  EXPECT_GT(AgreeingShare(median, covered, {80, 0, 40, kPatternSize.height}), 0.99);
 }
 
 TEST(FixedPattern, DoesNotAgreeWithItselfAPixelAside) {
-  const cv::Mat1b median = PatternTexture(1);
+  const cv::Mat1b median = Texture(kPatternSize, 1);
   cv::Mat1b aside;
   const cv::Mat1d shift = (cv::Mat1d(2, 3) << 1, 0, 1, 0, 1, 0);
   cv::warpAffine(median, aside, shift, median.size(), cv::INTER_LINEAR, cv::BORDER_REFLECT);

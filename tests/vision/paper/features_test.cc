@@ -280,14 +280,11 @@ TEST(AgreesWithNeighbours, KeepsWorldAndMoverAndDropsFalseMatches) {
 TEST(AgreesWithNeighbours, FewAndWildPairs) {
   EXPECT_TRUE(AgreesWithNeighbours({}, {}).empty());
   EXPECT_EQ(AgreesWithNeighbours({{1, 1, 2, 2}}, {}), std::vector<uint8_t>({0}));
-  NeighbourAgreementOptions alone;
-  alone.minimum_neighbours = 0;
+  const NeighbourAgreementOptions alone{.minimum_neighbours = 0};
   EXPECT_EQ(AgreesWithNeighbours({{1, 1, 2, 2}, {NAN, 1, 2, 2}, {1e300, 1, 2, 2}}, alone),
             std::vector<uint8_t>({1, 0, 0}));
   // Across the origin, where cells change sign.
-  NeighbourAgreementOptions one;
-  one.minimum_neighbours = 1;
-  EXPECT_EQ(AgreesWithNeighbours({{-1, -1, 0, 0}, {1, 1, 2, 2}}, one),
+  EXPECT_EQ(AgreesWithNeighbours({{-1, -1, 0, 0}, {1, 1, 2, 2}}, {.minimum_neighbours = 1}),
             std::vector<uint8_t>({1, 1}));
 }
 

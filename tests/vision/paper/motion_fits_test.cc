@@ -158,23 +158,19 @@ double StaticRms(const SyntheticPairs& scene, const Eigen::Matrix3d& matrix, Dis
   return std::sqrt(sum / n);
 }
 
-SyntheticPairs NoisyScene(CameraMotion motion, double outlier_share, int seed) {
-  SyntheticOptions options;
-  options.motion = motion;
-  options.mover_share = 0.2;
-  options.outlier_share = outlier_share;
-  options.noise_pixels = 0.3;
-  options.seed = seed;
-  return MakeSyntheticPairs(options);
+SyntheticPairs NoisyScene(CameraMotion motion, double outlier_share, uint64_t seed) {
+  return MakeSyntheticPairs({.motion = motion,
+                             .mover_share = 0.2,
+                             .outlier_share = outlier_share,
+                             .noise_pixels = 0.3,
+                             .seed = seed});
 }
 
 TEST(EstimateFundamental, FitsTheStaticWorldAsWellAsTheTruth) {
   for (const CameraMotion motion : {CameraMotion::kForward, CameraMotion::kSideways}) {
-    for (int seed = 1; seed <= 10; ++seed) {
+    for (uint64_t seed = 1; seed <= 10; ++seed) {
       const SyntheticPairs scene = NoisyScene(motion, 0.2, seed);
-      RansacOptions ransac;
-      ransac.seed = seed;
-      const auto result = Value(EstimateFundamental(scene.pairs, ransac));
+      const auto result = Value(EstimateFundamental(scene.pairs, {.seed = seed}));
       const double truth = StaticRms(scene, scene.fundamental, SampsonDistance);
       EXPECT_NEAR(truth, 0.3, 0.03) << "the test's own scene";
       EXPECT_LT(StaticRms(scene, result.matrix, SampsonDistance), 1.15 * truth) << seed;
@@ -185,11 +181,9 @@ TEST(EstimateFundamental, FitsTheStaticWorldAsWellAsTheTruth) {
 
 TEST(EstimateHomography, FitsAsWellAsTheTruth) {
   for (const CameraMotion motion : {CameraMotion::kRotation, CameraMotion::kPlanar}) {
-    for (int seed = 1; seed <= 10; ++seed) {
+    for (uint64_t seed = 1; seed <= 10; ++seed) {
       const SyntheticPairs scene = NoisyScene(motion, 0.3, seed);
-      RansacOptions ransac;
-      ransac.seed = seed;
-      const auto result = Value(EstimateHomography(scene.pairs, ransac));
+      const auto result = Value(EstimateHomography(scene.pairs, {.seed = seed}));
       EXPECT_LT(StaticRms(scene, result.matrix, TransferDistance),
                 1.05 * StaticRms(scene, scene.homography, TransferDistance))
           << seed;
@@ -198,24 +192,18 @@ TEST(EstimateHomography, FitsAsWellAsTheTruth) {
 }
 
 TEST(EstimateFundamental, NinetyFivePercentOutliersEndInBoundedWork) {
-  SyntheticOptions options;
-  options.mover_share = 0.0;
-  options.outlier_share = 0.95;
+  const SyntheticOptions options{.mover_share = 0.0, .outlier_share = 0.95};
   RansacOptions ransac;
   const auto result = Value(EstimateFundamental(MakeSyntheticPairs(options).pairs, ransac));
   EXPECT_LE(result.iterations, 2000);
 }
 
 TEST(Ransac, SameSeedSameBytes) {
-  SyntheticOptions options;
-  options.outlier_share = 0.3;
-  const SyntheticPairs scene = MakeSyntheticPairs(options);
+  const SyntheticPairs scene = MakeSyntheticPairs({.outlier_share = 0.3});
   for (const auto estimate : {EstimateFundamental, EstimateHomography}) {
     const auto a = Value(estimate(scene.pairs, {})), b = Value(estimate(scene.pairs, {}));
     EXPECT_EQ(std::memcmp(a.matrix.data(), b.matrix.data(), sizeof(double) * 9), 0);
-    RansacOptions other;
-    other.seed = 99;
-    const auto c = Value(estimate(scene.pairs, other));
+    const auto c = Value(estimate(scene.pairs, {.seed = 99}));
     EXPECT_NE(std::memcmp(a.matrix.data(), c.matrix.data(), sizeof(double) * 9), 0)
         << "the seed has no effect";
   }
@@ -272,11 +260,7 @@ double ShareNear(const LabelledMatches& matches, int label, const Eigen::Matrix3
   return all > 0.0 ? near / all : 0.0;
 }
 
-RansacOptions Options(int seed) {
-  RansacOptions options;
-  options.seed = seed;
-  return options;
-}
+RansacOptions Options(uint64_t seed) { return {.seed = seed}; }
 
 class Adelaide : public ::testing::Test {
  protected:

@@ -16,7 +16,6 @@ namespace {
 using testing::CameraMotion;
 using testing::MakeSyntheticPairs;
 using testing::SyntheticOptions;
-using testing::SyntheticPairs;
 
 constexpr struct {
   CameraMotion motion;
@@ -35,12 +34,11 @@ TEST(SelectMotion, ChoosesTheRightModel) {
   for (const auto& test_case : kCases) {
     std::map<MotionModelKind, int> chosen;
     for (int i = 0; i < kPerMotion; ++i) {
-      SyntheticOptions scene;
-      scene.motion = test_case.motion;
-      scene.count = 1200;
-      scene.mover_share = 0.4 * (i % 9) / 8.0;
-      scene.noise_pixels = (i % 11) / 10.0;
-      scene.seed = 1000 + i;
+      const SyntheticOptions scene{.motion = test_case.motion,
+                                   .count = 1200,
+                                   .mover_share = 0.4 * (i % 9) / 8.0,
+                                   .noise_pixels = (i % 11) / 10.0,
+                                   .seed = 1000u + i};
       const auto model = Value(SelectMotion(MakeSyntheticPairs(scene).pairs, i));
       EXPECT_TRUE(model.trusted) << test_case.name << " " << i << ": " << model.reason;
       ++chosen[model.kind];
@@ -58,18 +56,15 @@ TEST(SelectMotion, ChoosesTheRightModel) {
 }
 
 TEST(FitFundamental, GivesOneWithoutParallaxToo) {
-  SyntheticOptions scene;
-  scene.motion = CameraMotion::kRotation;
+  const SyntheticOptions scene{.motion = CameraMotion::kRotation};
   const auto model = FitFundamental(MakeSyntheticPairs(scene).pairs, 1);
   EXPECT_EQ(model->kind, MotionModelKind::kFundamental);
   EXPECT_EQ(model->parallax_pixels, 0.0);
 }
 
 TEST(SelectMotion, ParallaxIsTheNoiseWithoutTranslationAndMoreWithIt) {
-  SyntheticOptions scene;
-  scene.noise_pixels = 0.2;
-  scene.mover_share = 0.1;
-  scene.motion = CameraMotion::kRotation;
+  SyntheticOptions scene{
+      .motion = CameraMotion::kRotation, .mover_share = 0.1, .noise_pixels = 0.2};
   // The median of a Rayleigh variable is 1.18 sigma, sigma = 0.2 sqrt 2; movers and the fit: +- a
   // third.
   EXPECT_NEAR(SelectMotion(MakeSyntheticPairs(scene).pairs, 1)->parallax_pixels, 0.33, 0.11);
@@ -101,9 +96,7 @@ TEST(SelectMotion, CameraAmongParallelMoversStandsStill) {
 }
 
 TEST(SelectMotion, NoMajorityIsNotTrusted) {
-  SyntheticOptions scene;
-  scene.mover_share = 0.0;
-  scene.outlier_share = 0.95;
+  const SyntheticOptions scene{.mover_share = 0.0, .outlier_share = 0.95};
   const auto model = Value(SelectMotion(MakeSyntheticPairs(scene).pairs, 1));
   EXPECT_FALSE(model.trusted);
   EXPECT_EQ(model.reason,

@@ -1,10 +1,10 @@
 #include "tests/vision/segmentation/disturbed_drive.h"
 
-#include <cmath>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
 #include "kernels/runtime/context.h"
+#include "tests/testing/area_under_curve.h"
 #include "tests/testing/status.h"
 #include "vision/segmentation/online_segmenter.h"
 #include "vision/synthetic/street.h"
@@ -22,10 +22,7 @@ struct Drive {
 
 const Drive& TheDrive() {
   static const Drive& drive = *[] {
-    ScenarioOptions options;
-    options.width_pixels = 256;
-    options.height_pixels = 144;
-    options.frames = 60;
+    const ScenarioOptions options{.width_pixels = 256, .height_pixels = 144, .frames = 60};
     const auto scenario = MakeScenario("junction", 1, options);
     auto* drive = new Drive;
     for (int i = 0; i < kFrames; ++i) {
@@ -50,11 +47,8 @@ std::unique_ptr<OnlineSegmenter> MakeSegmenter(DriveProfile profile) {
 }
 
 OnlineSegmenter::Result Process(OnlineSegmenter& segmenter, int64_t index, const cv::Mat& image) {
-  Frame frame;
-  frame.index = index;
-  frame.time_seconds = 0.1 * static_cast<double>(index);
-  frame.image = image;
-  auto result = Value(segmenter.Process(frame));
+  auto result = Value(segmenter.Process(
+      {.index = index, .time_seconds = 0.1 * static_cast<double>(index), .image = image}));
   EXPECT_EQ(result.map.grid.width, image.cols);
   EXPECT_EQ(static_cast<int64_t>(result.map.probability.size()), result.map.grid.size());
   EXPECT_NE(result.record.learnt, !result.record.reason.empty());
@@ -62,32 +56,18 @@ OnlineSegmenter::Result Process(OnlineSegmenter& segmenter, int64_t index, const
   return result;
 }
 
-// Mann-Whitney by counting 1,024 levels.
-class Scores {
- public:
+struct Scores {
   void Add(const SegmentationMap& map, const cv::Mat& mask) {
     for (int row = 0; row < map.grid.rows(); ++row) {
       for (int column = 0; column < map.grid.columns(); ++column) {
-        const bool moves = mask.at<uint8_t>(map.grid.y_pixels(row), map.grid.x_pixels(column)) != 0;
-        const float p = map.probability[row * map.grid.columns() + column];
-        (moves ? positive_ : negative_)[std::lround(1024.0f * p)] += 1.0;
+        moves.push_back(mask.at<uint8_t>(map.grid.y_pixels(row), map.grid.x_pixels(column)) != 0);
+        probability.push_back(map.probability[row * map.grid.columns() + column]);
       }
     }
   }
 
-  double Auc() const {
-    double below = 0.0, ordered = 0.0, p = 0.0, n = 0.0;
-    for (size_t v = 0; v < positive_.size(); ++v) {
-      ordered += positive_[v] * (below + 0.5 * negative_[v]);
-      below += negative_[v];
-      p += positive_[v];
-      n += negative_[v];
-    }
-    return ordered / (p * n);
-  }
-
- private:
-  std::vector<double> positive_ = std::vector<double>(1025), negative_ = positive_;
+  std::vector<double> probability;
+  std::vector<bool> moves;
 };
 
 cv::Mat Resized(const cv::Mat& image, cv::Size size, int interpolation) {
@@ -119,7 +99,7 @@ double Auc(DriveProfile profile, const Disturbance* disturbance, cv::Size size) 
       scores.Add(result.map, Resized(TheDrive().masks[i], size, cv::INTER_NEAREST));
     }
   }
-  return scores.Auc();
+  return AreaUnderCurve(scores.probability, scores.moves);
 }
 
 }  // namespace

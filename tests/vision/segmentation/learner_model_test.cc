@@ -40,8 +40,7 @@ Points MakePoints(int count, uint64_t seed) {
 class LearnerModelTest : public testing::TestWithParam<ModelKind> {
  protected:
   LearnerModel MakeModel() const {
-    LearnerModelOptions options;
-    options.kind = GetParam();
+    LearnerModelOptions options{.kind = GetParam()};
     options.sparse.inducing_points = 40;
     auto context = Value(kernels::OpenContext());
     return Value(LearnerModel::Create(
@@ -52,8 +51,7 @@ class LearnerModelTest : public testing::TestWithParam<ModelKind> {
   static std::vector<float> Map(const LearnerModel& model) {
     const Points queries = MakePoints(50, 99);
     std::vector<float> probability(queries.labels.size());
-    kernels::PosteriorOutputs outputs;
-    outputs.probability = probability.data();
+    const kernels::PosteriorOutputs outputs{.probability = probability.data()};
     const auto posterior = Value(model.MakePosterior({}));
     EXPECT_TRUE(posterior->Evaluate(queries.view(), outputs).ok());
     return probability;
@@ -106,8 +104,7 @@ TEST_P(LearnerModelTest, RestoredFromItsStateItIsAsAfterRebuild) {
 
 // Whether it was asked in between or not.
 TEST(SparseLearnerModelTest, DependsOnItsPointsAndNotOnItsHistory) {
-  LearnerModelOptions options;
-  options.kind = ModelKind::kSparse;
+  LearnerModelOptions options{.kind = ModelKind::kSparse};
   options.sparse.inducing_points = 40;
   auto context = Value(kernels::OpenContext());
   const auto make = [&] {
@@ -265,8 +262,7 @@ TEST(OnlineLearner, BlankPartsOfAMoverMoveWithIt) {
     FrameRecord record;
     EXPECT_EQ(learner->Learn(inputs, street.labels, told, 1, record), absl::OkStatus());
     std::vector<float> probability(street.size());
-    kernels::PosteriorOutputs outputs;
-    outputs.probability = probability.data();
+    const kernels::PosteriorOutputs outputs{.probability = probability.data()};
     EXPECT_TRUE(Value(learner->MakePosterior())->Evaluate(inputs, outputs).ok());
     return std::accumulate(probability.begin() + begin, probability.end(), 0.0) /
            (kColumns * kRows);

@@ -33,9 +33,7 @@ LabelResidual TwoPlaces(int64_t frame, const std::vector<double>& labels,
 }
 
 SegmentationMap FlatMap(int64_t frame, int stride, float probability) {
-  SegmentationMap map;
-  map.frame_index = frame;
-  map.grid = {kWidth, kHeight, stride};
+  SegmentationMap map{.frame_index = frame, .grid = {kWidth, kHeight, stride}};
   map.probability.assign(map.grid.size(), probability);
   return map;
 }
@@ -166,9 +164,7 @@ class FrameCalibration : public testing::Test {
 TEST_F(FrameCalibration, ProbabilitiesFollowTheFramesOwnPlacesAndShare) {
   const auto squash = Value(FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 400, 1, {}));
   std::vector<float> mean(kPlaces), variance(kPlaces);
-  kernels::PosteriorOutputs outputs;
-  outputs.mean = mean.data();
-  outputs.variance = variance.data();
+  const kernels::PosteriorOutputs outputs{.mean = mean.data(), .variance = variance.data()};
   ASSERT_TRUE(posterior_->Evaluate(Inputs(), outputs).ok());
   double sum = 0.0, labels = 0.0, before = 0.0;
   for (int i = 0; i < kPlaces; ++i) {

@@ -12,6 +12,7 @@
 
 #include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
+#include "tests/testing/area_under_curve.h"
 #include "tests/testing/status.h"
 #include "tests/vision/segmentation/disturbed_drive.h"
 #include "tests/vision/segmentation/moving_square.h"
@@ -34,21 +35,16 @@ class OnlineSegmenterTest : public testing::Test {
   // The share of pairs (pixel of the square, other pixel) that the map orders rightly.
   double Auc(const SegmentationMap& map) const {
     const cv::Rect square = drive_.Square(map.frame_index);
-    std::vector<float> inside, outside;
+    std::vector<double> scores;
+    std::vector<bool> moves;
     for (int row = 0; row < map.grid.rows(); ++row) {
       for (int column = 0; column < map.grid.columns(); ++column) {
         const cv::Point pixel(map.grid.x_pixels(column), map.grid.y_pixels(row));
-        (square.contains(pixel) ? inside : outside)
-            .push_back(map.probability[row * map.grid.columns() + column]);
+        scores.push_back(map.probability[row * map.grid.columns() + column]);
+        moves.push_back(square.contains(pixel));
       }
     }
-    double ordered = 0.0;
-    for (const float a : inside) {
-      for (const float b : outside) {
-        ordered += a > b ? 1.0 : a == b ? 0.5 : 0.0;
-      }
-    }
-    return ordered / (static_cast<double>(inside.size()) * static_cast<double>(outside.size()));
+    return AreaUnderCurve(scores, moves);
   }
 
   MovingSquare drive_;

@@ -2,7 +2,6 @@
 // differ from an undisturbed run's, and nothing would tell.
 #include <cstdint>
 #include <cstdlib>
-#include <memory>
 
 #include "kernels/base/exception_status.h"
 #include "kernels/runtime/context.h"

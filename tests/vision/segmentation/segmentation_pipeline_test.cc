@@ -1,7 +1,7 @@
 #include "vision/segmentation/segmentation_pipeline.h"
 
-#include <algorithm>
 #include <memory>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -9,6 +9,7 @@
 
 #include "kernels/runtime/context.h"
 #include "tests/testing/status.h"
+#include "tests/vision/frame/fake_source.h"
 #include "tests/vision/segmentation/moving_square.h"
 #include "vision/segmentation/bounded_queue.h"
 #include "vision/segmentation/stage_timer.h"
@@ -17,34 +18,11 @@ namespace egosieve::vision {
 namespace {
 
 // The moving square as an input of `count` frames, of which `damaged` cannot be read.
-class MovingSquareSource : public FrameSource {
+class MovingSquareSource : public FakeSource {
  public:
-  MovingSquareSource(int64_t count, std::vector<int64_t> damaged)
-      : count_(count), damaged_(std::move(damaged)) {}
-
-  absl::StatusOr<FrameRead> Next() override {
-    if (next_ >= count_) {
-      return EndOfFrames{count_, "the end"};
-    }
-    const int64_t index = next_++;
-    if (std::find(damaged_.begin(), damaged_.end(), index) != damaged_.end()) {
-      return DamagedFrame{index, "torn"};
-    }
-    return drive_.At(index);
-  }
-  absl::Status SeekTo(int64_t index) override {
-    next_ = index;
-    return absl::OkStatus();
-  }
-  int64_t next_index() const override { return next_; }
-  int64_t expected_frame_count() const override { return count_; }
-  std::string description() const override { return "moving square"; }
-
- private:
-  MovingSquare drive_;
-  const int64_t count_;
-  const std::vector<int64_t> damaged_;
-  int64_t next_ = 0;
+  MovingSquareSource(int64_t count, std::set<int64_t> damaged)
+      : FakeSource(count, std::move(damaged),
+                   [drive = MovingSquare()](int64_t index) { return drive.At(index); }) {}
 };
 
 std::unique_ptr<OnlineSegmenter> MakeSegmenter(ModelKind kind = ModelKind::kExact) {
@@ -89,8 +67,7 @@ TEST(SegmentationPipelineTest, StagesTellTheirWorkOnce) {
     options.stride_pixels = 20;
     auto segmenter = *OnlineSegmenter::Create(*kernels::OpenContext(), options);
     MovingSquareSource source(6, {});
-    PipelineOptions in_turn;
-    in_turn.overlap = false;
+    const PipelineOptions in_turn{.overlap = false};
     double told = 0.0, whole = 0.0;
     {
       const StageTimer timer(whole);
@@ -115,8 +92,7 @@ INSTANTIATE_TEST_SUITE_P(Models, PipelineOfBothModels,
                          });
 
 TEST_P(PipelineOfBothModels, GoesOnFromACheckpointAsIfNothingHadHappened) {
-  PipelineOptions options;
-  options.checkpoint_interval = 4;
+  PipelineOptions options{.checkpoint_interval = 4};
   MovingSquareSource source(9, {3});
   const DriveRun whole = RunDrive(source, options, nullptr, GetParam());
   ASSERT_TRUE(whole.summary.ok()) << whole.summary.status();
@@ -161,10 +137,7 @@ TEST(SegmentationPipelineTest, OverlappedStagesGiveTheBytesOfOneFrameAfterTheOth
   std::vector<DriveRun> runs;
   for (const bool overlap : {false, true}) {
     MovingSquareSource source(6, {3});
-    PipelineOptions options;
-    options.overlap = overlap;
-    options.queue_capacity = 2;
-    runs.push_back(RunDrive(source, options));
+    runs.push_back(RunDrive(source, {.overlap = overlap, .queue_capacity = 2}));
     ASSERT_TRUE(runs.back().summary.ok()) << runs.back().summary.status();
     EXPECT_EQ(runs.back().summary->segmented_frames, 5);
     EXPECT_EQ(runs.back().summary->damaged_frames, 1);
@@ -184,10 +157,7 @@ TEST(SegmentationPipelineTest, OverlappedStagesGiveTheBytesOfOneFrameAfterTheOth
 
 TEST(SegmentationPipelineTest, TakesTheFramesBetweenFirstAndEnd) {
   MovingSquareSource source(6, {});
-  PipelineOptions options;
-  options.first_frame = 2;
-  options.end_frame = 4;
-  const DriveRun run = RunDrive(source, options);
+  const DriveRun run = RunDrive(source, {.first_frame = 2, .end_frame = 4});
   ASSERT_TRUE(run.summary.ok());
   ASSERT_EQ(run.frames.size(), 2u);
   EXPECT_EQ(run.frames[0].index, 2);
@@ -202,9 +172,7 @@ TEST(SegmentationPipelineTest, FinishesWhatIsCompleteWhenAskedToStop) {
     const int ahead = MakeSegmenter()->options().ahead_frames;
     ASSERT_GT(ahead, 0);
     const std::thread::id reader = std::this_thread::get_id();
-    PipelineOptions options;
-    options.overlap = overlap;
-    const DriveRun run = RunDrive(source, options, [&] {
+    const DriveRun run = RunDrive(source, {.overlap = overlap}, [&] {
       return std::this_thread::get_id() == reader && source.next_index() >= 3 + ahead;
     });
     ASSERT_TRUE(run.summary.ok());
@@ -252,8 +220,7 @@ TEST(SegmentationPipelineTest, AnErrorOfTheSinkEndsTheRun) {
   for (const bool overlap : {false, true}) {
     MovingSquareSource source(50, {});
     auto segmenter = MakeSegmenter();
-    PipelineOptions options;
-    options.overlap = overlap;
+    const PipelineOptions options{.overlap = overlap};
     int seen = 0;
     const auto summary =
         RunPipeline(source, *segmenter, options, nullptr, [&seen](const SegmentedFrame&) {
@@ -268,9 +235,7 @@ TEST(SegmentationPipelineTest, AnErrorOfTheSinkEndsTheRun) {
 TEST(SegmentationPipelineTest, ValidateNamesFieldAndValue) {
   MovingSquareSource source(1, {});
   auto segmenter = MakeSegmenter();
-  PipelineOptions options;
-  options.queue_capacity = 0;
-  EXPECT_EQ(RunPipeline(source, *segmenter, options, nullptr, nullptr).status(),
+  EXPECT_EQ(RunPipeline(source, *segmenter, {.queue_capacity = 0}, nullptr, nullptr).status(),
             absl::InvalidArgumentError("queue_capacity = 0; it must be at least 1"));
 }
 

@@ -12,6 +12,7 @@
 
 #include "gtest/gtest.h"
 #include "tests/testing/status.h"
+#include "vision/statistics/order_statistics.h"
 #include "vision/synthetic/camera.h"
 #include "vision/synthetic/drive.h"
 #include "vision/synthetic/primitive.h"
@@ -24,10 +25,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-Scenario Make(const char* name, bool clean) {
-  ScenarioOptions options;
-  options.noise = options.motion_blur = !clean;
-  return Value(MakeScenario(name, 3, options));
+Scenario Make(const char* name) {
+  return Value(MakeScenario(name, 3, {.noise = false, .motion_blur = false}));
 }
 
 Vector3d World(const Intrinsics& k, const Pose& pose, double x, double y, double depth) {
@@ -44,7 +43,6 @@ Vector2d Pixel(const Intrinsics& k, const Vector3d& camera) {
           k.focal_pixels * camera.y() / camera.z() + k.centre_y};
 }
 
-// Distance of (x2, y2) from the epipolar line of (x1, y1), pixels.
 // Zero if the centres coincide.
 Eigen::Matrix3d FundamentalMatrix(const Intrinsics& intrinsics, const Pose& first,
                                   const Pose& second) {
@@ -58,6 +56,7 @@ Eigen::Matrix3d FundamentalMatrix(const Intrinsics& intrinsics, const Pose& firs
   return k_inverse.transpose() * cross * second.rotation.transpose() * first.rotation * k_inverse;
 }
 
+// Of p2 from the epipolar line of p1, pixels.
 double EpipolarDistance(const Eigen::Matrix3d& f, const Vector2d& p1, const Vector2d& p2) {
   const Vector3d line = f * p1.homogeneous();
   return std::abs(line.dot(p2.homogeneous())) / line.head<2>().norm();
@@ -74,17 +73,12 @@ double Grey(const cv::Mat& image, double x, double y) {
          (at(i, j + 1) * (1 - s) + at(i + 1, j + 1) * s) * t;
 }
 
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
-
 class StreetGeometryTest : public ::testing::TestWithParam<const char*> {};
 
 // Each static point of frame t, carried to frame t + 1 by depth and poses alone, is met there by a
 // ray at the same depth, unless something else hides it, and the pictures agree about its grey.
 TEST_P(StreetGeometryTest, StaticPointsReappearWhereThePosesPutThem) {
-  const Scenario scenario = Make(GetParam(), true);
+  const Scenario scenario = Make(GetParam());
   const Intrinsics& k = scenario.intrinsics();
   const SceneIndex index(scenario.scene());
   for (const int t : {20, 90}) {
@@ -123,7 +117,7 @@ TEST_P(StreetGeometryTest, StaticPointsReappearWhereThePosesPutThem) {
 
 // Points on a mover, carried by its truth velocity as well, are met too.
 TEST_P(StreetGeometryTest, MovingPointsFollowTheirVelocity) {
-  const Scenario scenario = Make(GetParam(), true);
+  const Scenario scenario = Make(GetParam());
   const Intrinsics& k = scenario.intrinsics();
   const SceneIndex index(scenario.scene());
   const double step = 1e-3;  // seconds: turns hardly change the velocity
@@ -203,7 +197,6 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, StreetGeometryTest,
 
 // What a feature detector finds in synthetic frames, noise and motion blur included.
 
-// Distance of (x2, y2) from the epipolar line of (x1, y1), pixels.
 class StreetFeaturesTest : public ::testing::TestWithParam<const char*> {};
 
 struct Matches {
@@ -231,9 +224,7 @@ Matches SiftMatches(const cv::Mat& first, const cv::Mat& second) {
 // As natural as a street is to a feature detector; and the matches between static pixels lie on the
 // epipolar lines of the poses.
 TEST_P(StreetFeaturesTest, SiftFindsAndMatchesEnough) {
-  ScenarioOptions options;
-  options.frames_per_second = 15.0;
-  const Scenario scenario = *MakeScenario(GetParam(), 3, options);
+  const Scenario scenario = *MakeScenario(GetParam(), 3, {.frames_per_second = 15.0});
   double sum = 0.0;
   const std::vector<int> times = {20, 80, 140};
   for (const int t : times) {
@@ -282,13 +273,14 @@ class PrimitiveTest : public ::testing::TestWithParam<Shape> {
  protected:
   Primitive Make(std::mt19937_64& random) const {
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
-    Primitive p;
-    p.shape = GetParam();
-    p.rotation = Eigen::AngleAxisd(3.0 * unit(random),
-                                   Vector3d(unit(random), unit(random), 1.2).normalized())
-                     .toRotationMatrix();
-    p.origin = {unit(random), unit(random), unit(random)};
-    p.half_size = {0.5 + 0.4 * unit(random), 0.5 + 0.4 * unit(random), 0.5 + 0.4 * unit(random)};
+    Primitive p{
+        .shape = GetParam(),
+        .rotation = Eigen::AngleAxisd(3.0 * unit(random),
+                                      Vector3d(unit(random), unit(random), 1.2).normalized())
+                        .toRotationMatrix(),
+        .origin = {unit(random), unit(random), unit(random)},
+        .half_size = {0.5 + 0.4 * unit(random), 0.5 + 0.4 * unit(random),
+                      0.5 + 0.4 * unit(random)}};
     if (p.shape == Shape::kCylinder) p.half_size.y() = p.half_size.x();
     if (p.shape == Shape::kProfile) {
       p.profile = MakeProfile({{-0.9, -0.4}, {0.8, -0.4}, {0.5, 0.3}, {-0.2, 0.5}}, 0.4, 0.2);
@@ -337,8 +329,7 @@ TEST_P(PrimitiveTest, FirstHitIsWhereTheRayEntersTheSolid) {
     EXPECT_NEAR(hit.local_normal.norm(), 1.0, 1e-12);
     EXPECT_LT((p.rotation * hit.local_normal).dot(ray.direction), 1e-12);
     EXPECT_TRUE(p.Bounds().exteriorDistance(world) < 1e-9);
-    Hit nearer;
-    nearer.t = hit.t * 0.999;
+    Hit nearer{.t = hit.t * 0.999};
     EXPECT_FALSE(Intersect(p, ray, 1e-9, &nearer));  // something nearer hides it
   }
   EXPECT_GT(hits, 100);

@@ -14,12 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-ScenarioOptions Small() {
-  ScenarioOptions options;
-  options.width_pixels = 160;
-  options.height_pixels = 90;
-  return options;
-}
+ScenarioOptions Small() { return {.width_pixels = 160, .height_pixels = 90}; }
 
 bool SameBytes(const cv::Mat& a, const cv::Mat& b) {
   if (a.size() != b.size() || a.type() != b.type()) return false;

@@ -189,15 +189,9 @@ TEST(GridTracker, ErrorsLeaveTheStateUnchanged) {
   GridTrackerState state = tracker.state();
   state.tracks.pop_back();
   EXPECT_FALSE(tracker.Restore(state).ok());
-  GridTrackerOptions options;
-  options.agreement_floor = nan;
-  EXPECT_FALSE(GridTracker::Create(options).ok());
-  options = {};
-  options.agreement_slope = -1;
-  EXPECT_FALSE(GridTracker::Create(options).ok());
-  options = {};
-  options.frame_step = 0;
-  EXPECT_FALSE(GridTracker::Create(options).ok());
+  EXPECT_FALSE(GridTracker::Create(GridTrackerOptions{.agreement_floor = nan}).ok());
+  EXPECT_FALSE(GridTracker::Create(GridTrackerOptions{.agreement_slope = -1}).ok());
+  EXPECT_FALSE(GridTracker::Create(GridTrackerOptions{.frame_step = 0}).ok());
 }
 
 }  // namespace

@@ -36,26 +36,20 @@ static int failures = 0;
 
 /* Packed views. */
 static inline egosieve_const_array doubles(const double* data, int64_t rows, int64_t columns) {
-  egosieve_const_array array = {NULL, 0, 0, 0, 0, EGOSIEVE_FLOAT64};
-  array.data = data;
-  array.rows = rows;
-  array.columns = columns;
+  const egosieve_const_array array = {
+      .data = data, .rows = rows, .columns = columns, .type = EGOSIEVE_FLOAT64};
   return array;
 }
 
 static inline egosieve_array floats_out(float* data, int64_t rows, int64_t columns) {
-  egosieve_array array = {NULL, 0, 0, 0, 0, EGOSIEVE_FLOAT32};
-  array.data = data;
-  array.rows = rows;
-  array.columns = columns;
+  const egosieve_array array = {
+      .data = data, .rows = rows, .columns = columns, .type = EGOSIEVE_FLOAT32};
   return array;
 }
 
 static inline egosieve_array doubles_out(double* data, int64_t rows, int64_t columns) {
-  egosieve_array array = {NULL, 0, 0, 0, 0, EGOSIEVE_FLOAT64};
-  array.data = data;
-  array.rows = rows;
-  array.columns = columns;
+  const egosieve_array array = {
+      .data = data, .rows = rows, .columns = columns, .type = EGOSIEVE_FLOAT64};
   return array;
 }
 

@@ -22,8 +22,6 @@ egosieve_const_array Input(const std::vector<double>& values) {
   return {.data = values.data(),
           .rows = static_cast<int64_t>(values.size()),
           .columns = 1,
-          .row_stride = 0,
-          .column_stride = 0,
           .type = EGOSIEVE_FLOAT64};
 }
 
@@ -31,8 +29,6 @@ egosieve_array Output(std::vector<double>& values) {
   return {.data = values.data(),
           .rows = static_cast<int64_t>(values.size()),
           .columns = 1,
-          .row_stride = 0,
-          .column_stride = 0,
           .type = EGOSIEVE_FLOAT64};
 }
 

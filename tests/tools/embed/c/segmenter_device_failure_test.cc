@@ -50,8 +50,7 @@ struct Answer {
 Answer Process(Segmenter& segmenter, int t) {
   const std::vector<uint8_t> pixels = Pixels(t);
   Answer answer;
-  Map map;
-  map.probability = {answer.probability.data(), kRows, kColumns};
+  const Map map{.probability = {answer.probability.data(), kRows, kColumns}};
   const Result<FrameReport> report =
       segmenter.Process({pixels.data(), kWidth, kHeight}, 0.1 * t, map);
   answer.status = report.status();
@@ -72,8 +71,7 @@ class SegmenterDeviceFailure : public testing::Test {
 };
 
 TEST_F(SegmenterDeviceFailure, LeavesASegmenterThatGoesOn) {
-  SegmenterOptions options;
-  options.budget = 200;
+  const SegmenterOptions options{.budget = 200};
   const std::string before = folder_ + "/before.npz", after = folder_ + "/after.npz";
   {
     Segmenter segmenter = Segmenter::Create(options).value();

@@ -29,9 +29,7 @@ std::vector<double> Values(const std::vector<double>& places) {
 }
 
 GaussianProcess NewModel() {
-  GaussianProcessOptions options;
-  options.dimension = kDimension;
-  GaussianProcess gp = GaussianProcess::Create(options).value();
+  GaussianProcess gp = GaussianProcess::Create({.dimension = kDimension}).value();
   const std::vector<double> places = Places(kPoints, 0.0);
   gp.Condition({places, kDimension}, Values(places)).ThrowIfError();
   return gp;

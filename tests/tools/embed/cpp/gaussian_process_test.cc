@@ -34,9 +34,7 @@ struct Data {
 };
 
 GaussianProcess ConditionedModel(const Data& data) {
-  GaussianProcessOptions options;
-  options.dimension = kDimension;
-  GaussianProcess gp = GaussianProcess::Create(options).value();
+  GaussianProcess gp = GaussianProcess::Create({.dimension = kDimension}).value();
   gp.Condition(View(data.x), View(data.y)).ThrowIfError();
   return gp;
 }
@@ -44,9 +42,7 @@ GaussianProcess ConditionedModel(const Data& data) {
 TEST(GaussianProcess, SpansAndEigenGiveTheSameBits) {
   const Data data;
   const GaussianProcess by_eigen = ConditionedModel(data);
-  GaussianProcessOptions options;
-  options.dimension = kDimension;
-  GaussianProcess by_span = GaussianProcess::Create(options).value();
+  GaussianProcess by_span = GaussianProcess::Create({.dimension = kDimension}).value();
   const std::vector<double> columns(data.x.data(), data.x.data() + data.x.size());
   const std::vector<double> targets(data.y.data(), data.y.data() + data.y.size());
   by_span.Condition(ConstArray(columns.data(), kPoints, kDimension, 1, kPoints), targets)
@@ -178,8 +174,7 @@ TEST(GaussianProcess, PredictsOnTheCallersQueue) {
   cl_command_queue queue = clCreateCommandQueue(context, device, 0, &error);
   ASSERT_EQ(error, CL_SUCCESS);
   {
-    GaussianProcessOptions options;
-    options.dimension = kDimension;
+    GaussianProcessOptions options{.dimension = kDimension};
     // The device prepares its queries to the bit as the host does.
     options.covariance = Covariance::kNamed;
     options.covariance_text = "matern52";
@@ -235,11 +230,10 @@ TEST(GaussianProcess, SharesAPosteriorAmongDevices) {
 
 TEST(GaussianProcess, JointPredictionsAreTheCInterfaces) {
   const Data data;
-  GaussianProcessOptions options;
-  options.dimension = kDimension;
-  options.covariance = Covariance::kNamed;
-  options.covariance_text = "matern52";
-  options.mean = Mean::kConstant;
+  const GaussianProcessOptions options{.covariance = Covariance::kNamed,
+                                       .covariance_text = "matern52",
+                                       .mean = Mean::kConstant,
+                                       .dimension = kDimension};
   GaussianProcess gp = GaussianProcess::Create(options).value();
   const Eigen::VectorXd noise = Eigen::VectorXd::LinSpaced(kPoints, 0.0, 0.1);
   Eigen::MatrixXd both(kPoints, 2);
@@ -292,10 +286,8 @@ TEST(GaussianProcess, JointPredictionsAreTheCInterfaces) {
 
 TEST(GaussianProcess, SparseModelsAreTheCInterfaces) {
   const Data data;
-  GaussianProcessOptions options;
-  options.dimension = kDimension;
-  options.approximation = Approximation::kFitc;
-  options.inducing_points = 12;
+  const GaussianProcessOptions options{
+      .dimension = kDimension, .approximation = Approximation::kFitc, .inducing_points = 12};
   GaussianProcess gp = GaussianProcess::Create(options).value();
   gp.Condition(View(data.x), View(data.y)).ThrowIfError();
   const GaussianProcessInfo info = gp.Describe().value();
@@ -310,11 +302,10 @@ TEST(GaussianProcess, SparseModelsAreTheCInterfaces) {
 
 TEST(GaussianProcess, IterativeModelsAreTheCInterfaces) {
   const Data data;
-  GaussianProcessOptions options;
-  options.dimension = kDimension;
-  options.approximation = Approximation::kIterative;
-  options.inducing_points = 12;
-  options.tolerance = 1e-6;
+  const GaussianProcessOptions options{.dimension = kDimension,
+                                       .approximation = Approximation::kIterative,
+                                       .inducing_points = 12,
+                                       .tolerance = 1e-6};
   GaussianProcess gp = GaussianProcess::Create(options).value();
   gp.Condition(View(data.x), View(data.y)).ThrowIfError();
   EXPECT_EQ(gp.Describe().value().iterations, -1);

@@ -6,7 +6,7 @@
 
 #include "gtest/gtest.h"
 
-namespace egosieve::tools {
+namespace egosieve {
 
 // Named after the test, empty: what it held before is gone.
 inline std::string FreshFolder() {
@@ -17,4 +17,4 @@ inline std::string FreshFolder() {
   return folder;
 }
 
-}  // namespace egosieve::tools
+}  // namespace egosieve
