@@ -119,6 +119,8 @@ absl::StatusOr<LensFile> LensOfColmap(absl::string_view text) {
 }
 
 absl::StatusOr<LensFile> LensOfYaml(absl::string_view text) {
+  // OpenCV's files begin with a line that is no YAML.
+  if (absl::StartsWith(text, "%YAML:")) text.remove_prefix(std::min(text.find('\n'), text.size()));
   try {
     const YAML::Node file = YAML::Load(std::string(text));
     if (file.IsMap() && file["camera_matrix"]) return LensOfRos(file);
@@ -127,7 +129,8 @@ absl::StatusOr<LensFile> LensOfYaml(absl::string_view text) {
     return absl::DataLossError(error.what());
   }
   return absl::DataLossError(
-      "there is neither camera_matrix, as in ROS's camera_info, nor cam0, as in Kalibr's files");
+      "there is neither camera_matrix, as of ROS's and OpenCV's calibration, nor cam0, as of "
+      "Kalibr");
 }
 
 absl::StatusOr<LensFile> LensOfJson(absl::string_view text) {

@@ -1,8 +1,9 @@
 // A camera's lens, read from a file:
 //
 //   .txt           COLMAP's cameras.txt (tools/colmap), its first camera
-//   .yaml, .yml    ROS's camera_info, with the models plumb_bob, rational_polynomial and equidistant,
-//                  or Kalibr's camchain, its first camera, with pinhole and none, radtan or equi
+//   .yaml, .yml    ROS's camera_info, with the models plumb_bob, rational_polynomial and equidistant;
+//                  what OpenCV's example of calibration writes; or Kalibr's camchain, its first
+//                  camera, with pinhole and none, radtan or equi
 //   others         JSON: a run's camera.json, or one of width, height and focal_pixels, or fx and fy;
 //                  may have cx, cy, k1 to k6, p1, p2 and fisheye (true)
 //

@@ -23,6 +23,9 @@ cv::Vec2f ToFloats(cv::Point2d place) {
 }  // namespace
 
 absl::StatusOr<LensCorrection> LensCorrection::Create(const Lens& lens, cv::Size size) {
+  if (size.width < 2 || size.height < 2) {
+    return absl::InvalidArgumentError("the picture has a single row or column of pixels");
+  }
   LensCorrection correction(lens, size);
   EGOSIEVE_RETURN_IF_ERROR(correction.ChooseFocal());
   correction.MakeMap();

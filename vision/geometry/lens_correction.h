@@ -16,7 +16,7 @@ namespace egosieve::vision {
 class LensCorrection {
  public:
   // size: of the camera's pictures. InvalidArgument if the distortion cannot be undone at the
-  // middle of a side, or if that is more than 75 degrees from the axis.
+  // middle of a side, if that is more than 75 degrees from the axis, and for a single row or column.
   static absl::StatusOr<LensCorrection> Create(const Lens& lens, cv::Size size);
 
   const Lens& lens() const { return lens_; }

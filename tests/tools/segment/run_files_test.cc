@@ -67,6 +67,17 @@ TEST(LensFile, CameraInfoOfRos) {
   EXPECT_FALSE(file.lens.is_fisheye);
 }
 
+TEST(LensFile, CalibrationOfOpenCv) {
+  const std::string text =
+      "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n"
+      "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+      "   data: [ 6.5e+02, 0., 319.5, 0., 6.6e+02, 239.5, 0., 0., 1. ]\n"
+      "distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n"
+      "   data: [ -0.25, 0.1, 0., 0., 0.01 ]\n";
+  ExpectLens(Value(ReadLensFile(Written("out_camera_data.yml", text))), {650, 660, 319.5, 239.5},
+             {-0.25, 0.1, 0.0, 0.0, 0.01});
+}
+
 TEST(LensFile, CamchainOfKalibr) {
   const std::string text =
       "cam0:\n  T_cam_imu:\n  - [0.0, 1.0, 0.0, 0.1]\n  - [1.0, 0.0, 0.0, 0.2]\n"
