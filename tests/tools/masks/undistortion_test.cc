@@ -122,8 +122,8 @@ TEST_F(Undistortion, SaysWhatIsWrong) {
   };
   const char* const kPinhole = "PINHOLE 110 70 55 57 53.5 36.5";
   for (const Case& bad :
-       {Case{"FOV 96 64 60 60 48 32 0.9", kPinhole, "the distortion of the model FOV cannot be undone",
-             2},
+       {Case{"FOV 96 64 60 60 48 32 0.9", kPinhole,
+             "the distortion of the model FOV cannot be undone", 2},
         Case{"SIMPLE_PINHOLE 95 64 60 48 32", kPinhole, "has 96 x 64 pixels, its camera in", 2},
         Case{"SIMPLE_PINHOLE 96 64 60 48 32", "SIMPLE_RADIAL 96 64 60 48 32 0.1",
              "its camera 7 has distortion", 2},

@@ -86,7 +86,9 @@ void Play(Outcome& outcome) {
   const double rate = Number("RATE");
   const int burst = static_cast<int>(Number("BURST"));
   if (Number("FOCAL") > 0.0) {
-    CameraInfo lens{.height = height, .width = width};
+    CameraInfo lens;
+    lens.width = width;
+    lens.height = height;
     lens.k[0] = lens.k[4] = Number("FOCAL");
     rclcpp::Deliver("camera_info", lens);
   }
