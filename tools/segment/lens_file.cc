@@ -48,11 +48,7 @@ absl::StatusOr<LensFile> Checked(const vision::Lens& lens, double width, double 
                         "coefficients numbers",
                         lens.fx, lens.fy));
   }
-  LensFile file;
-  file.lens = lens;
-  file.size = {static_cast<int>(width), static_cast<int>(height)};
-  file.is_pinhole = lens.is_pinhole() && lens.cx == 0.5 * width && lens.cy == 0.5 * height;
-  return file;
+  return LensFile{lens, {static_cast<int>(width), static_cast<int>(height)}};
 }
 
 // OpenCV's principal point, and coefficients in the order of Lens.
@@ -184,7 +180,7 @@ nlohmann::ordered_json JsonOfLens(const LensFile& file) {
   nlohmann::ordered_json json = {{"focal_pixels", 0.5 * (lens.fx + lens.fy)},
                                  {"width", file.size.width},
                                  {"height", file.size.height}};
-  if (file.is_pinhole) return json;
+  if (file.is_pinhole()) return json;
   json.update({{"fx", lens.fx}, {"fy", lens.fy}, {"cx", lens.cx - 0.5}, {"cy", lens.cy - 0.5}});
   if (lens.is_fisheye) json["fisheye"] = true;
   const absl::Span<const char* const> names = CoefficientsOf(lens.is_fisheye);

@@ -24,9 +24,12 @@ namespace egosieve::tools {
 
 struct LensFile {
   vision::Lens lens;
-  cv::Size size;            // of the pictures that it is of
-  bool is_pinhole = false;  // no distortion, and the principal point in the middle
+  cv::Size size;  // of the pictures that it is of
 
+  // No distortion, and the principal point in the middle.
+  bool is_pinhole() const {
+    return lens.is_pinhole() && lens.cx == 0.5 * size.width && lens.cy == 0.5 * size.height;
+  }
   double focal_ratio() const {
     return 0.5 * (lens.fx + lens.fy) / std::max(size.width, size.height);
   }

@@ -69,13 +69,9 @@ absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::S
                                         const LensFile* lens) {
   const bool fits = camera.own_vehicle.size() == size;
   const bool has_windscreen = camera.windscreen.size() == size;
-  nlohmann::ordered_json json =
-      lens != nullptr
-          ? JsonOfLens(*lens)
-          : nlohmann::ordered_json{
-                {"focal_pixels", camera.focal_ratio * std::max(size.width, size.height)},
-                {"width", size.width},
-                {"height", size.height}};
+  const double focal = camera.focal_ratio * std::max(size.width, size.height);
+  const vision::Lens estimate{focal, focal, 0.5 * size.width, 0.5 * size.height};
+  nlohmann::ordered_json json = JsonOfLens(lens != nullptr ? *lens : LensFile{estimate, size});
   json.update(nlohmann::ordered_json{
       {"log_focal_deviation", camera.log_focal_deviation},
       {"pairs", camera.pair_count},

@@ -47,7 +47,7 @@ class InterruptibleSource : public vision::FrameSource {
 absl::Status SegmentCamera::ReadLens(cv::Size frames) {
   EGOSIEVE_ASSIGN_OR_RETURN(LensFile file, ReadLensFile(settings_.lens));
   given_ratio_ = file.focal_ratio();
-  if (file.is_pinhole) return absl::OkStatus();
+  if (file.is_pinhole()) return absl::OkStatus();
   const absl::Status scaled = ScaleTo(frames, file);
   const absl::StatusOr<vision::LensCorrection> lens =
       scaled.ok() ? vision::LensCorrection::Create(file.lens, frames) : scaled;
@@ -86,10 +86,12 @@ absl::Status SegmentCamera::Read(const CameraSettings& settings, const DriveInpu
 absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool resumes,
                                  const std::string& directory, const ProgressFlag& shown,
                                  vision::FrameLabellerOptions& labeller) {
-  if (!(labeller.focal_ratio > 0.0)) labeller.focal_ratio = given_ratio_;
+  if (!(labeller.focal_ratio > 0.0)) {
+    labeller.focal_ratio = given_ratio_;
+    if (labeller.WantsCamera()) labeller.lens = lens_;
+  }
   is_ratio_given_ = labeller.focal_ratio > 0.0;
   labeller.ignored = ignored_;
-  if (labeller.WantsCamera()) labeller.lens = lens_;
   if (!labeller.WantsCamera() || (is_ratio_given_ && !settings_.finds_own_vehicle))
     return absl::OkStatus();
   if (input.is_live || !settings_.has_first_pass) {  // a stream allows none
@@ -104,7 +106,7 @@ absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool res
     options.pictures.first_frame = from;
     options.pictures.equalization = labeller.equalization;
     options.pictures.ignored = ignored_;
-    options.pictures.lens = lens_;
+    options.pictures.lens = labeller.lens;
     options.focal_ratio = labeller.focal_ratio;
     options.finds_own_vehicle = settings_.finds_own_vehicle;
     Progress progress("first pass", shown, -1);

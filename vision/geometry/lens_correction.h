@@ -19,7 +19,6 @@ class LensCorrection {
   // middle of a side, if that is more than 75 degrees from the axis, and for a single row or column.
   static absl::StatusOr<LensCorrection> Create(const Lens& lens, cv::Size size);
 
-  const Lens& lens() const { return lens_; }
   cv::Size size() const { return there_.size(); }
   double focal_pixels() const { return focal_; }  // of the pinhole picture
   // Whether no pixel moves by more than half a pixel.
@@ -46,5 +45,10 @@ class LensCorrection {
   double focal_ = 1.0;
   cv::Mat2f there_;  // by pixel of the pinhole picture, the place in the camera's
 };
+
+// The pinhole picture; the picture itself if there is no lens, or one of pictures of another size.
+inline cv::Mat Corrected(const cv::Mat& picture, const LensCorrection* lens) {
+  return lens != nullptr && lens->size() == picture.size() ? lens->Correct(picture) : picture;
+}
 
 }  // namespace egosieve::vision

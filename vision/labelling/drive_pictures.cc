@@ -47,9 +47,7 @@ class PictureReader {
       frames_.emplace_back();
       const auto* frame = std::get_if<Frame>(&read);
       if (frame == nullptr) continue;
-      const bool is_corrected =
-          options_.lens != nullptr && options_.lens->size() == frame->image.size();
-      const cv::Mat image = is_corrected ? options_.lens->Correct(frame->image) : frame->image;
+      const cv::Mat image = Corrected(frame->image, options_.lens.get());
       frames_.back() =
           ReadPicture{image.size(),
                       EqualizedGrey(ReducePicture(image, kLongestDriveSide), options_.equalization),

@@ -34,11 +34,9 @@ absl::Status MakeGrey(const Frame& frame, const FrameLabellerOptions& options,
   }
   Stopwatch watch;
   extracted.frame = frame;
-  const bool is_corrected = options.lens != nullptr && options.lens->size() == frame.image.size();
-  extracted.grey =
-      EqualizedGrey(ReducePicture(is_corrected ? options.lens->Correct(frame.image) : frame.image,
-                                  options.longest_side_pixels),
-                    options.equalization);
+  extracted.grey = EqualizedGrey(
+      ReducePicture(Corrected(frame.image, options.lens.get()), options.longest_side_pixels),
+      options.equalization);
   extracted.equalization_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();
 }

@@ -35,9 +35,9 @@ TEST(LensFile, ColmapsCameras) {
       "# Number of cameras: 1\n"
       "1 OPENCV 1920 1080 1500.0 1540.0 960 540 0.01 0 0 0\n";
   EXPECT_DOUBLE_EQ(LensOfColmap(text)->focal_ratio(), 1520.0 / 1920.0);
-  EXPECT_FALSE(LensOfColmap(text)->is_pinhole);
+  EXPECT_FALSE(LensOfColmap(text)->is_pinhole());
   EXPECT_DOUBLE_EQ(LensOfColmap("1 SIMPLE_RADIAL 600 800 400 300 400 0.1")->focal_ratio(), 0.5);
-  EXPECT_TRUE(LensOfColmap("1 SIMPLE_PINHOLE 600 800 400 300 400")->is_pinhole);
+  EXPECT_TRUE(LensOfColmap("1 SIMPLE_PINHOLE 600 800 400 300 400")->is_pinhole());
   const LensFile file = Value(ReadLensFile(Written("cameras.txt", text)));
   EXPECT_EQ(file.size, cv::Size(1920, 1080));
   EXPECT_EQ(file.lens.cx, 960.0);
@@ -99,7 +99,7 @@ TEST(LensFile, JsonThereAndBack) {
     const LensFile file = Value(LensOfJson(text));
     const LensFile again = Value(LensOfJson(JsonOfLens(file).dump()));
     EXPECT_EQ(again.size, file.size);
-    EXPECT_EQ(again.is_pinhole, file.is_pinhole);
+    EXPECT_EQ(again.is_pinhole(), file.is_pinhole());
     EXPECT_EQ(again.lens.is_fisheye, file.lens.is_fisheye);
     ExpectLens(again, {file.lens.fx, file.lens.fy, file.lens.cx - 0.5, file.lens.cy - 0.5},
                {file.lens.distortion.begin(), file.lens.distortion.end()});

@@ -64,15 +64,27 @@ TEST(LabelledDrives, ALensIsCorrected) {
   const Scenario scenario =
       EditedScenario("junction", 2, [](Scene& scene) { scene.intrinsics.radial = -0.18; });
   const std::vector<DrivePicture> pictures = PicturesOf(scenario, 40, 4);
+  const Intrinsics& k = scenario.intrinsics();
   const auto count = [&](bool is_known) {
-    const Intrinsics& k = scenario.intrinsics();
     Lens lens{k.focal_pixels, k.focal_pixels, k.centre_x + 0.5, k.centre_y + 0.5};
     if (is_known) lens.distortion[0] = k.radial;
     const LensCorrection correction = Value(LensCorrection::Create(lens, {400, 240}));
     FrameLabellerOptions options;
     options.focal_ratio = correction.focal_pixels() / 400;
     if (is_known) options.lens = std::make_shared<LensCorrection>(correction);
-    return Count(LastLabels(options, pictures), pictures.back().movers);
+    const LabelledFrame labels = LastLabels(options, pictures);
+    EXPECT_GT(labels.size(), 1000);
+    const int stride = options.flow_stride_pixels;
+    double farthest = 0.0;  // of a label's ray from a node of the pinhole picture's grid
+    for (int64_t i = 0; is_known && i < labels.size(); ++i) {
+      const Eigen::Vector2d ray = k.Undistort(labels.positions[2 * i], labels.positions[2 * i + 1]);
+      const Eigen::Vector2d node =
+          correction.focal_pixels() * ray + Eigen::Vector2d(199.5 - stride / 2, 119.5 - stride / 2);
+      farthest = std::max({farthest, std::abs(std::remainder(node(0), stride)),
+                           std::abs(std::remainder(node(1), stride))});
+    }
+    EXPECT_LT(farthest, 1e-3);
+    return Count(labels, pictures.back().movers);
   };
   const LabelCounts known = count(true), unknown = count(false);
   EXPECT_GT(known.FoundShare(), 0.7);
