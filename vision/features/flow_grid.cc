@@ -25,13 +25,13 @@ constexpr int kMinimumSide = 16;
 InverseSearchOptions SearchOptionsOf(FlowQuality quality) {
   switch (quality) {
     case FlowQuality::kUltrafast:
-      return {.finest_level = 2, .patch_stride = 4, .most_steps = 6, .refinements = 0};
+      return {.finest_level = 2, .patch_stride = 4, .refinements = 0};
     case FlowQuality::kFast:
-      return {.finest_level = 2, .patch_stride = 2, .most_steps = 8};
+      return {.finest_level = 2, .patch_stride = 2};
     case FlowQuality::kMedium:
       break;
   }
-  return {.finest_level = 1, .patch_stride = 3, .most_steps = 12};
+  return {};
 }
 
 // Compares patches of a picture with those of another, warped onto it by a flow.
@@ -127,8 +127,8 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
   FlowPair flow;
   try {
     std::array<std::optional<SearchPyramid>, 2> pyramids;
-    kernels::ParallelFor(2,
-                         [&](int64_t k) { pyramids[k].emplace(k == 0 ? first : second, options); });
+    kernels::ParallelFor(
+        2, [&](int64_t k) { pyramids[k].emplace(k == 0 ? first : second, options.finest_level); });
     kernels::ParallelFor(2, [&](int64_t direction) {
       cv::Mat& field = direction == 0 ? flow.forward : flow.backward;
       field = SearchFlow(*pyramids[direction], *pyramids[1 - direction], options);

@@ -1,16 +1,15 @@
 #include "vision/features/flow_growth.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <opencv2/imgproc.hpp>
-#include <opencv2/video/tracking.hpp>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "kernels/base/parallel_for.h"
+#include "vision/features/flow_patch.h"
 #include "vision/features/patch_search.h"
 #include "vision/image/node_grid.h"
 
@@ -19,87 +18,28 @@ namespace {
 
 constexpr float kHolds = 0.7f, kAccepted = 0.85f, kSettled = 0.9f;  // of c (FG1)
 constexpr float kGain = 0.5f;
-constexpr int kSide = 8, kArea = kSide * kSide, kBefore = 3;  // of a patch, pixels
-constexpr int kWindow = 9;                                    // of Lucas-Kanade, pixels
-constexpr double kMostReturn = 0.5;                           // pixels
-constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;       // of displacements, pixels
+constexpr int kMostSteps = 5;                            // of an alignment
+constexpr double kMostReturn = 0.5;                      // pixels
+constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;  // of displacements, pixels
 constexpr int kMostSweeps = 12;
-
-using Row = Eigen::Array<float, kSide, 1>;  // of a patch
-
-struct Patch {
-  std::array<Row, kSide> levels;  // about their mean
-  float norm = 0.0f;              // root of their sum of squares
-};
-
-// The patch at a position; nothing where it leaves the picture. Bilinear with one weight for all
-// pixels of a patch, row by row, which the compiler vectorises.
-std::optional<Patch> PatchAt(const cv::Mat& picture, cv::Point2f place) {
-  const float left = place.x - kBefore, top = place.y - kBefore;
-  if (!(left >= 0 && top >= 0 && left < picture.cols - kSide && top < picture.rows - kSide)) {
-    return std::nullopt;
-  }
-  const int x = static_cast<int>(left), y = static_cast<int>(top);
-  const float fx = left - x, fy = top - y;
-  const float a = (1 - fy) * (1 - fx), b = (1 - fy) * fx, c = fy * (1 - fx), d = fy * fx;
-  const auto pixels = [&](int row, int column) -> Row {
-    using Bytes = Eigen::Map<const Eigen::Array<uint8_t, kSide, 1>>;
-    return Bytes(picture.ptr<uint8_t>(y + row) + x + column).cast<float>();
-  };
-  Patch patch;
-  Row sum = Row::Zero(), squares = Row::Zero();
-  for (int v = 0; v < kSide; ++v) {
-    patch.levels[v] =
-        a * pixels(v, 0) + b * pixels(v, 1) + c * pixels(v + 1, 0) + d * pixels(v + 1, 1);
-    sum += patch.levels[v];
-  }
-  const float mean = sum.sum() / kArea;
-  for (Row& row : patch.levels) {
-    row -= mean;
-    squares += row * row;
-  }
-  patch.norm = std::sqrt(squares.sum());
-  return patch;
-}
-
-float Correlation(const Patch& a, const Patch& b) {
-  Row sum = Row::Zero();
-  for (int v = 0; v < kSide; ++v) sum += a.levels[v] * b.levels[v];
-  const float norms = a.norm * b.norm;
-  return norms > 0.0f ? sum.sum() / norms : 0.0f;
-}
 
 struct Place {
   cv::Point2f at, displacement;
-  Patch patch;
+  std::unique_ptr<FlowPatch> patch;  // of a textured place that is not settled
   float correlation = -1.0f;
   bool is_textured = false, holds = false, corrected = false;
 };
 
-// Points that may take over a neighbour's displacement.
-struct Candidates {
-  std::vector<int> places;
-  std::vector<cv::Point2f> starts, displacements;
-};
-
-// A picture with its gradients in the form used by Lucas-Kanade.
-struct Picture {
-  const cv::Mat& grey;
-  std::vector<cv::Mat> gradients;
-
-  explicit Picture(const cv::Mat& picture) : grey(picture) {
-    cv::buildOpticalFlowPyramid(grey, gradients, cv::Size(kWindow, kWindow), 0);
-  }
+// A point that may take over a neighbour's displacement.
+struct Candidate {
+  int place;
+  cv::Point2f displacement;
 };
 
 class Growth {
  public:
-  Growth(const Picture& from, const Picture& to, const FlowGridOptions& options)
-      : from_(from.grey),
-        to_(to.grey),
-        options_(options),
-        from_gradients_(from.gradients),
-        to_gradients_(to.gradients) {
+  Growth(const FlowPicture& from, const FlowPicture& to, const FlowGridOptions& options)
+      : from_(from), to_(to), options_(options) {
     const cv::Size nodes = NodesOf(from_.size(), options.stride_pixels);
     columns_ = nodes.width;
     rows_ = nodes.height;
@@ -125,15 +65,15 @@ class Growth {
       for (int column = 0; column < columns_; ++column) {
         Place& place = places_[row * columns_ + column];
         place.at = PlaceOfNode({column, static_cast<int>(row)}, options_.stride_pixels);
-        const auto patch = PatchAt(from_, place.at);
-        if (!patch) continue;
-        place.patch = *patch;
-        place.is_textured = patch->norm >= options_.texture_levels * kSide;
+        if (!from_.HoldsPatch(FlowPatchCorner(place.at))) continue;
+        auto patch = std::make_unique<FlowPatch>(from_, FlowPatchCorner(place.at));
+        place.is_textured = patch->norm() >= options_.texture_levels * kFlowPatchSide;
         place.displacement = SampleField(there, place.at);
-        const auto other = PatchAt(to_, place.at + place.displacement);
-        if (other) place.correlation = Correlation(place.patch, *other);
+        place.correlation = CorrelationAt(*patch, place.at + place.displacement);
         place.holds = FollowFlow(there, back, place.at, options_).has_value() &&
                       (!place.is_textured || place.correlation >= kHolds);
+        const bool is_settled = place.holds && place.correlation >= kSettled;
+        if (place.is_textured && !is_settled) place.patch = std::move(patch);
       }
     });
   }
@@ -154,11 +94,16 @@ class Growth {
     for (size_t k = 0; k < owners.size(); ++k) {
       if (!found[k]) continue;
       Place& place = places_[owners[k]];
-      const auto other = PatchAt(to_, *found[k]);
-      const float correlation = other ? Correlation(place.patch, *other) : -1.0f;
+      const float correlation = CorrelationAt(*place.patch, *found[k]);
       if (correlation < kAccepted) continue;
       Correct(place, *found[k] - place.at, correlation);
     }
+  }
+
+  // -1 where the patch leaves the picture.
+  float CorrelationAt(const FlowPatch& patch, cv::Point2f centre) const {
+    const cv::Point2f corner = FlowPatchCorner(centre);
+    return to_.HoldsPatch(corner) ? patch.Correlation(to_, corner) : -1.0f;
   }
 
   static void Correct(Place& place, cv::Point2f displacement, float correlation) {
@@ -168,7 +113,7 @@ class Growth {
   }
 
   // For every unsettled neighbour of a fresh point, the displacement that fits it best.
-  Candidates Offer(const std::vector<int>& fresh) const {
+  std::vector<Candidate> Offer(const std::vector<int>& fresh) const {
     struct Best {
       float correlation;
       cv::Point2f displacement;
@@ -181,21 +126,16 @@ class Growth {
         for (int x = std::max(column - 1, 0); x <= std::min(column + 1, columns_ - 1); ++x) {
           const int i = y * columns_ + x;
           const Place& place = places_[i];
-          if (!place.is_textured || (place.holds && place.correlation >= kSettled)) continue;
+          if (place.patch == nullptr || (place.holds && place.correlation >= kSettled)) continue;
           if (place.holds && AreAlike(place.displacement, displacement)) continue;
-          const auto other = PatchAt(to_, place.at + displacement);
-          if (!other) continue;
-          const float correlation = Correlation(place.patch, *other);
+          const float correlation = CorrelationAt(*place.patch, place.at + displacement);
           if (!best[i] || correlation > best[i]->correlation) best[i] = {correlation, displacement};
         }
       }
     }
-    Candidates candidates;
+    std::vector<Candidate> candidates;
     for (size_t i = 0; i < best.size(); ++i) {
-      if (!best[i]) continue;
-      candidates.places.push_back(static_cast<int>(i));
-      candidates.starts.push_back(places_[i].at);
-      candidates.displacements.push_back(best[i]->displacement);
+      if (best[i]) candidates.push_back({static_cast<int>(i), best[i]->displacement});
     }
     return candidates;
   }
@@ -205,41 +145,34 @@ class Growth {
   }
 
   // Corrects candidates and returns those that were corrected.
-  std::vector<int> Accept(const Candidates& candidates) {
-    std::vector<int> accepted;
-    if (candidates.places.empty()) return accepted;
-    std::vector<cv::Point2f> ends = candidates.starts, back = candidates.starts;
-    for (size_t k = 0; k < ends.size(); ++k) ends[k] += candidates.displacements[k];
-    std::vector<uint8_t> is_there, is_back;
-    const cv::Size window(kWindow, kWindow);
-    const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 8, 0.03);
-    cv::calcOpticalFlowPyrLK(from_gradients_, to_gradients_, candidates.starts, ends, is_there,
-                             cv::noArray(), window, 0, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
-    cv::calcOpticalFlowPyrLK(to_gradients_, from_gradients_, ends, back, is_back, cv::noArray(),
-                             window, 0, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
-    for (size_t k = 0; k < ends.size(); ++k) {
-      Place& place = places_[candidates.places[k]];
-      const cv::Point2f displacement = ends[k] - place.at;
-      if (is_there[k] == 0 || is_back[k] == 0 || cv::norm(back[k] - place.at) > kMostReturn ||
-          !AreAlike(displacement, candidates.displacements[k])) {
-        continue;
-      }
-      const auto other = PatchAt(to_, ends[k]);
-      if (!other) continue;
-      const float correlation = Correlation(place.patch, *other);
+  std::vector<int> Accept(const std::vector<Candidate>& candidates) {
+    std::vector<uint8_t> is_accepted(candidates.size(), 0);
+    kernels::ParallelFor(static_cast<int64_t>(candidates.size()), [&](int64_t k) {
+      const Candidate& candidate = candidates[k];
+      Place& place = places_[candidate.place];
+      const cv::Point2f corner = FlowPatchCorner(place.at);
+      const cv::Point2f there =
+          place.patch->Align(to_, corner + candidate.displacement, kMostSteps).corner;
+      const cv::Point2f displacement = there - corner;
+      if (!to_.HoldsPatch(there) || !AreAlike(displacement, candidate.displacement)) return;
+      const float correlation = place.patch->Correlation(to_, there);
       const bool gains = !place.holds || 1.0f - correlation <= kGain * (1.0f - place.correlation);
-      if (correlation < kAccepted || !gains) continue;
+      if (correlation < kAccepted || !gains) return;
+      const cv::Point2f back = FlowPatch(to_, there).Align(from_, corner, kMostSteps).corner;
+      if (cv::norm(back - corner) > kMostReturn) return;
       Correct(place, displacement, correlation);
-      accepted.push_back(candidates.places[k]);
+      is_accepted[k] = 1;
+    });
+    std::vector<int> accepted;
+    for (size_t k = 0; k < candidates.size(); ++k) {
+      if (is_accepted[k] != 0) accepted.push_back(candidates[k].place);
     }
     return accepted;
   }
 
-  const cv::Mat& from_;
-  const cv::Mat& to_;
+  const FlowPicture& from_;
+  const FlowPicture& to_;
   const FlowGridOptions& options_;
-  const std::vector<cv::Mat>& from_gradients_;
-  const std::vector<cv::Mat>& to_gradients_;
   int columns_ = 0, rows_ = 0;
   std::vector<Place> places_;
 };
@@ -255,7 +188,7 @@ void Fill(cv::Mat& field, cv::Point2f centre, int side, cv::Point2f displacement
 
 int64_t GrowFlow(const cv::Mat& first, const cv::Mat& second, const FlowGridOptions& options,
                  FlowPair& flow) {
-  std::array<std::optional<Picture>, 2> pictures;
+  std::array<std::optional<FlowPicture>, 2> pictures;
   kernels::ParallelFor(2, [&](int64_t k) { pictures[k].emplace(k == 0 ? first : second); });
   std::array<std::vector<Place>, 2> places;
   kernels::ParallelFor(2, [&](int64_t direction) {

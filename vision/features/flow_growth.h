@@ -5,12 +5,12 @@
 // points of a grid are checked by the pictures themselves, and correct displacements grow into
 // points that fail (match propagation: Lhuillier & Quan, PAMI 2002):
 //
-//   c(d)      normalised correlation of a patch with the other picture's, displaced by d     (FG1)
+//   c(d)      correlation of a patch with the other picture's, displaced by d (flow_patch.h)
 //   holds     a point whose flow leads back and has c >= kHolds; settled: also c >= kSettled
 //   seeds     points that do not hold, a fourth of the grid, each searched for by itself
 //             (patch_search.h)
-//   growth    a point that is not settled takes over the displacement of a neighbour, refined
-//             (Lucas-Kanade), where that leads back, c >= kAccepted, and 1 - c at least halves if
+//   growth    a point that is not settled takes over the displacement of a neighbour, aligned,
+//             where that leads back, c >= kAccepted, and 1 - c at least halves if
 //             the point held before
 //
 // until nothing changes, or for kMostSweeps sweeps. A correct match spreads over the object on

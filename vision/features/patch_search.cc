@@ -7,7 +7,6 @@
 #include <limits>
 #include <map>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/video/tracking.hpp>
 #include <utility>
 
 #include "kernels/base/parallel_for.h"
@@ -16,14 +15,14 @@ namespace egosieve::vision {
 namespace {
 
 // Pixels at half resolution. 48 displacements sideways fill vector registers.
-constexpr int kSide = 8, kLeft = 24, kUp = 10;
+constexpr int kSide = kFlowPatchSide, kLeft = 24, kUp = 10;
 constexpr int kWide = 2 * kLeft, kHigh = 2 * kUp + 1;
 constexpr int kBeside = 2;
 constexpr double kMostOfOthers = 0.9, kMostOfSpread = 0.8;
 constexpr int kNoise = kSide * kSide / 2;  // of E: half a grey level per pixel
 // Pixels at full resolution.
-constexpr int kWindow = 11;
-constexpr double kMostReturn = 0.5, kMostRefined = 3.0;
+constexpr int kMostSteps = 6;  // of an alignment
+constexpr double kMostReturn = 0.5, kMostAligned = 3.0;
 constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;
 constexpr size_t kPlacesPerTask = 64;
 constexpr int kNeighbourhood = 2, kFewestAlike = 2;  // places
@@ -105,10 +104,10 @@ struct Ways {
   std::vector<cv::Point2f> starts, ends;
 
   cv::Point2f Way(size_t k) const { return ends[k] - starts[k]; }
-  void Keep(const std::vector<bool>& kept) {
+  void Keep(const std::vector<uint8_t>& kept) {
     size_t count = 0;
     for (size_t k = 0; k < owners.size(); ++k) {
-      if (!kept[k]) continue;
+      if (kept[k] == 0) continue;
       owners[count] = owners[k];
       starts[count] = starts[k];
       ends[count++] = ends[k];
@@ -119,10 +118,17 @@ struct Ways {
   }
 };
 
-Ways CoarseWays(const cv::Mat& from, const cv::Mat& to, const std::vector<cv::Point2f>& places) {
-  cv::Mat half_from, half_to;
-  cv::resize(from, half_from, {}, 0.5, 0.5, cv::INTER_AREA);
-  cv::resize(to, half_to, {}, 0.5, 0.5, cv::INTER_AREA);
+cv::Mat Halved(const FlowPicture& picture) {
+  cv::Mat half, levels;
+  cv::resize(picture.Pixels(), half, {}, 0.5, 0.5, cv::INTER_AREA);
+  half.convertTo(levels, CV_8U);
+  return levels;
+}
+
+Ways CoarseWays(const FlowPicture& from, const FlowPicture& to,
+                const std::vector<cv::Point2f>& places) {
+  const cv::Mat half_from = Halved(from);
+  cv::Mat half_to = Halved(to);
   cv::copyMakeBorder(half_to, half_to, 0, 0, kLeft, kLeft, cv::BORDER_CONSTANT);
   std::vector<std::optional<cv::Point>> displacements(places.size());
   const size_t tasks = (places.size() + kPlacesPerTask - 1) / kPlacesPerTask;
@@ -144,23 +150,20 @@ Ways CoarseWays(const cv::Mat& from, const cv::Mat& to, const std::vector<cv::Po
   return ways;
 }
 
-void Refine(const cv::Mat& from, const cv::Mat& to, Ways& ways) {
-  if (ways.owners.empty()) return;
-  const cv::Size window(kWindow, kWindow);
-  const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.01);
-  const std::vector<cv::Point2f> coarse = ways.ends;
-  std::vector<cv::Point2f> back = ways.starts;
-  std::vector<uint8_t> is_there, is_back;
-  cv::calcOpticalFlowPyrLK(from, to, ways.starts, ways.ends, is_there, cv::noArray(), window, 0,
-                           criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
-  cv::calcOpticalFlowPyrLK(to, from, ways.ends, back, is_back, cv::noArray(), window, 0, criteria,
-                           cv::OPTFLOW_USE_INITIAL_FLOW);
-  std::vector<bool> kept(ways.owners.size());
-  for (size_t k = 0; k < kept.size(); ++k) {
-    kept[k] = is_there[k] != 0 && is_back[k] != 0 &&
-              cv::norm(back[k] - ways.starts[k]) <= kMostReturn &&
-              cv::norm(ways.ends[k] - coarse[k]) <= kMostRefined;
-  }
+// In both directions.
+void Align(const FlowPicture& from, const FlowPicture& to, Ways& ways) {
+  std::vector<uint8_t> kept(ways.owners.size(), 0);
+  kernels::ParallelFor(static_cast<int64_t>(kept.size()), [&](int64_t k) {
+    const cv::Point2f start = FlowPatchCorner(ways.starts[k]);
+    const cv::Point2f coarse = FlowPatchCorner(ways.ends[k]);
+    if (!from.HoldsPatch(start)) return;
+    const cv::Point2f there = FlowPatch(from, start).Align(to, coarse, kMostSteps).corner;
+    if (!to.HoldsPatch(there) || cv::norm(there - coarse) > kMostAligned) return;
+    const cv::Point2f back = FlowPatch(to, there).Align(from, start, kMostSteps).corner;
+    if (cv::norm(back - start) > kMostReturn) return;
+    ways.ends[k] = ways.starts[k] + (there - start);
+    kept[k] = 1;
+  });
   ways.Keep(kept);
 }
 
@@ -170,7 +173,7 @@ void DropLone(int spacing, Ways& ways) {
   };
   std::map<std::pair<int, int>, cv::Point2f> way_at;
   for (size_t k = 0; k < ways.owners.size(); ++k) way_at[cell(ways.starts[k])] = ways.Way(k);
-  std::vector<bool> kept(ways.owners.size());
+  std::vector<uint8_t> kept(ways.owners.size());
   for (size_t k = 0; k < kept.size(); ++k) {
     const auto [column, row] = cell(ways.starts[k]);
     const double most = kAlikeFloor + kAlikeSlope * cv::norm(ways.Way(k));
@@ -181,18 +184,19 @@ void DropLone(int spacing, Ways& ways) {
         alike += other != way_at.end() && cv::norm(other->second - ways.Way(k)) < most;
       }
     }
-    kept[k] = alike >= kFewestAlike;
+    kept[k] = alike >= kFewestAlike ? 1 : 0;
   }
   ways.Keep(kept);
 }
 
 }  // namespace
 
-std::vector<std::optional<cv::Point2f>> SearchPatches(const cv::Mat& from, const cv::Mat& to,
+std::vector<std::optional<cv::Point2f>> SearchPatches(const FlowPicture& from,
+                                                      const FlowPicture& to,
                                                       const std::vector<cv::Point2f>& places,
                                                       int spacing) {
   Ways ways = CoarseWays(from, to, places);
-  Refine(from, to, ways);
+  Align(from, to, ways);
   DropLone(spacing, ways);
   std::vector<std::optional<cv::Point2f>> found(places.size());
   for (size_t k = 0; k < ways.owners.size(); ++k) found[ways.owners[k]] = ways.ends[k];

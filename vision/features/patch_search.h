@@ -7,8 +7,8 @@
 //
 // and the best is taken where it is distinct: E + 32 < kMostOfOthers E' for every other
 // displacement that is not adjacent (32 is half a grey level per pixel, so that noise does not
-// decide between similar ones), and E < kMostOfSpread sum |P - mean P|. It is refined at full
-// resolution in both directions (Lucas-Kanade). It is kept where the way back ends at the start and
+// decide between similar ones), and E < kMostOfSpread sum |P - mean P|. It is aligned at full
+// resolution in both directions (flow_patch.h). It is kept where the way back ends at the start and
 // some neighbouring points move alike.
 //
 // Unlike a search along an epipolar line, it favours neither static nor moving points. Reach: 48
@@ -19,11 +19,14 @@
 #include <optional>
 #include <vector>
 
+#include "vision/features/flow_patch.h"
+
 namespace egosieve::vision {
 
-// Returns the positions in `to` of the `places` of `from`, one per place. Both pictures are CV_8UC1
-// and of one size. spacing: pixels between neighbouring places.
-std::vector<std::optional<cv::Point2f>> SearchPatches(const cv::Mat& from, const cv::Mat& to,
+// Returns the positions in `to` of the `places` of `from`, one per place. Both pictures have one
+// size. spacing: pixels between neighbouring places.
+std::vector<std::optional<cv::Point2f>> SearchPatches(const FlowPicture& from,
+                                                      const FlowPicture& to,
                                                       const std::vector<cv::Point2f>& places,
                                                       int spacing);
 
