@@ -56,8 +56,7 @@ vision::TravelPrior ParseTravel(const nlohmann::json& camera) {
 // All numbers are read from the text, so that a resumed run has the same bits as the first one.
 absl::StatusOr<RunCamera> Parse(std::string text) {
   RunCamera run;
-  EGOSIEVE_ASSIGN_OR_RETURN(const LensFile lens, LensOfJson(text));
-  run.focal_ratio = lens.focal_ratio();
+  EGOSIEVE_ASSIGN_OR_RETURN(run.lens, LensOfJson(text));
   run.travel = ParseTravel(nlohmann::json::parse(text));
   run.text = std::move(text);
   return run;

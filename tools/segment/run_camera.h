@@ -2,7 +2,7 @@
 // which a resumed run reads it; or learnt on the way and stored at the run's end.
 //
 // camera.json:
-//   focal_pixels, width, height    pixels; with what else lens_file.h tells of a lens that was given
+//   focal_pixels, width, height    pixels; with what else lens_file.h tells of a lens with distortion
 //   log_focal_deviation            deviation of the focal length's logarithm
 //   pairs                          of pictures, for the direction of travel and the own vehicle
 //   own_vehicle_share              of the image
@@ -26,7 +26,7 @@
 namespace egosieve::tools {
 
 struct RunCamera {
-  double focal_ratio = 0.0;  // over the longer side
+  LensFile lens;
   vision::TravelPrior travel;
   cv::Mat1b own_vehicle;    // 255 on the own vehicle; empty: none
   cv::Mat1b windscreen;     // likewise
@@ -34,7 +34,7 @@ struct RunCamera {
   std::string text;         // of camera.json
 };
 
-// size: of the frames. Images of another size are left out. lens: if given; else null.
+// size: of the frames. Images of another size are left out. lens: if it has distortion; else null.
 absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::Size size,
                                         const LensFile* lens = nullptr);
 

@@ -44,20 +44,16 @@ class InterruptibleSource : public vision::FrameSource {
 
 }  // namespace
 
-absl::Status SegmentCamera::ReadLens(cv::Size frames) {
-  EGOSIEVE_ASSIGN_OR_RETURN(LensFile file, ReadLensFile(settings_.lens));
-  given_ratio_ = file.focal_ratio();
-  if (file.is_pinhole()) return absl::OkStatus();
-  const absl::Status scaled = ScaleTo(frames, file);
-  const absl::StatusOr<vision::LensCorrection> lens =
-      scaled.ok() ? vision::LensCorrection::Create(file.lens, frames) : scaled;
-  if (!lens.ok()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--camera=", settings_.lens, ": ", lens.status().message()));
-  }
-  if (lens->IsIdentity()) return absl::OkStatus();
-  given_ratio_ = lens->focal_pixels() / std::max(frames.width, frames.height);
-  lens_ = std::make_shared<vision::LensCorrection>(*lens);
+absl::Status SegmentCamera::UseLens(const LensFile& given, cv::Size frames) {
+  ratio_ = given.focal_ratio();
+  if (given.is_pinhole()) return absl::OkStatus();
+  LensFile file = given;
+  EGOSIEVE_RETURN_IF_ERROR(ScaleTo(frames, file));
+  EGOSIEVE_ASSIGN_OR_RETURN(const vision::LensCorrection lens,
+                            vision::LensCorrection::Create(file.lens, frames));
+  if (lens.IsIdentity()) return absl::OkStatus();
+  ratio_ = lens.focal_pixels() / std::max(frames.width, frames.height);
+  lens_ = std::make_shared<vision::LensCorrection>(lens);
   file_ = file;
   return absl::OkStatus();
 }
@@ -65,7 +61,12 @@ absl::Status SegmentCamera::ReadLens(cv::Size frames) {
 absl::Status SegmentCamera::Read(const CameraSettings& settings, const DriveInput& input) {
   settings_ = settings;
   if (!settings_.lens.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(ReadLens({input.width_pixels, input.height_pixels}));
+    EGOSIEVE_ASSIGN_OR_RETURN(const LensFile file, ReadLensFile(settings_.lens));
+    const absl::Status used = UseLens(file, {input.width_pixels, input.height_pixels});
+    if (!used.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--camera=", settings_.lens, ": ", used.message()));
+    }
   }
   if (settings_.ignore.empty()) return absl::OkStatus();
   const absl::StatusOr<cv::Mat> read = ReadImage(settings_.ignore, cv::IMREAD_GRAYSCALE);
@@ -87,7 +88,7 @@ absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool res
                                  const std::string& directory, const ProgressFlag& shown,
                                  vision::FrameLabellerOptions& labeller) {
   if (!(labeller.focal_ratio > 0.0)) {
-    labeller.focal_ratio = given_ratio_;
+    labeller.focal_ratio = ratio_;
     if (labeller.WantsCamera()) labeller.lens = lens_;
   }
   is_ratio_given_ = labeller.focal_ratio > 0.0;
@@ -102,22 +103,14 @@ absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool res
     EGOSIEVE_ASSIGN_OR_RETURN(camera_, ReadRunCamera(directory));
   }
   if (!camera_) {
-    vision::DriveCameraOptions options;
-    options.pictures.first_frame = from;
-    options.pictures.equalization = labeller.equalization;
-    options.pictures.ignored = ignored_;
-    options.pictures.lens = labeller.lens;
-    options.focal_ratio = labeller.focal_ratio;
-    options.finds_own_vehicle = settings_.finds_own_vehicle;
-    Progress progress("first pass", shown, -1);
-    InterruptibleSource frames(*input.frames, progress);
-    EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
-                              vision::LearnDriveCamera(frames, options));
-    EGOSIEVE_ASSIGN_OR_RETURN(camera_,
-                              MakeRunCamera(camera, {input.width_pixels, input.height_pixels},
-                                            file_ ? &*file_ : nullptr));
+    EGOSIEVE_ASSIGN_OR_RETURN(camera_, Learn(input, from, shown, labeller));
+  } else if (!is_ratio_given_) {
+    EGOSIEVE_RETURN_IF_ERROR(UseLens(camera_->lens, {input.width_pixels, input.height_pixels}));
   }
-  if (!is_ratio_given_) labeller.focal_ratio = camera_->focal_ratio;
+  if (!is_ratio_given_) {
+    labeller.focal_ratio = ratio_;
+    labeller.lens = lens_;
+  }
   labeller.travel = camera_->travel;
   labeller.fixed_pattern = camera_->fixed_pattern;
   labeller.windscreen = camera_->windscreen;
@@ -125,6 +118,34 @@ absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool res
     labeller.ignored = vision::United(ignored_, camera_->own_vehicle);
   }
   return absl::OkStatus();
+}
+
+absl::StatusOr<RunCamera> SegmentCamera::Learn(const DriveInput& input, int64_t from,
+                                               const ProgressFlag& shown,
+                                               const vision::FrameLabellerOptions& labeller) {
+  const cv::Size frames(input.width_pixels, input.height_pixels);
+  vision::DriveCameraOptions options;
+  options.pictures.first_frame = from;
+  options.pictures.equalization = labeller.equalization;
+  options.pictures.ignored = ignored_;
+  options.pictures.lens = labeller.lens;
+  options.focal_ratio = labeller.focal_ratio;
+  options.finds_own_vehicle = settings_.finds_own_vehicle;
+  Progress progress("first pass", shown, -1);
+  InterruptibleSource source(*input.frames, progress);
+  EGOSIEVE_ASSIGN_OR_RETURN(vision::DriveCamera camera, vision::LearnDriveCamera(source, options));
+  if (camera.lens) {
+    // Once more, of the corrected pictures.
+    EGOSIEVE_RETURN_IF_ERROR(UseLens({*camera.lens, frames}, frames));
+    options.pictures.lens = lens_;
+    options.focal_ratio = ratio_;
+    const double deviation = camera.log_focal_deviation;
+    EGOSIEVE_ASSIGN_OR_RETURN(camera, vision::LearnDriveCamera(source, options));
+    camera.log_focal_deviation = deviation;
+  } else if (!is_ratio_given_) {
+    ratio_ = camera.focal_ratio;
+  }
+  return MakeRunCamera(camera, frames, file_ ? &*file_ : nullptr);
 }
 
 void SegmentCamera::Describe(std::map<std::string, std::string>& flags) const {

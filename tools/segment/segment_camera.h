@@ -44,11 +44,15 @@ class SegmentCamera {
                            const vision::LearntCamera& learnt) const;
 
  private:
-  absl::Status ReadLens(cv::Size frames);
+  // Sets the three members after settings_. InvalidArgument if the lens cannot be corrected.
+  absl::Status UseLens(const LensFile& file, cv::Size frames);
+  // The first pass.
+  absl::StatusOr<RunCamera> Learn(const DriveInput& input, int64_t from, const ProgressFlag& shown,
+                                  const vision::FrameLabellerOptions& labeller);
 
   CameraSettings settings_;
-  double given_ratio_ = 0.0;      // of --camera: of the pinhole pictures
-  std::optional<LensFile> file_;  // of --camera, if its pictures are no pinhole pictures
+  double ratio_ = 0.0;            // of the pinhole pictures, by --camera or the first pass
+  std::optional<LensFile> file_;  // if the frames are no pinhole pictures
   std::shared_ptr<const vision::LensCorrection> lens_;  // of file_
   bool is_ratio_given_ = false;                         // by --camera or as focal_ratio
   bool learns_ = false;                                 // the focal length, on the way

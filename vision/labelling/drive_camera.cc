@@ -92,10 +92,18 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   if (is_given) {
     camera.focal_ratio = options.focal_ratio;
   } else {
-    const AdjustedLens lens =
-        AdjustLens(WindowsOfTheWorld(std::move(drive.windows), fixed), drive.size);
+    const std::vector<TrackWindow> windows = WindowsOfTheWorld(std::move(drive.windows), fixed);
+    AdjustedLens lens = AdjustLens(windows, drive.size);
+    if (lens.distortion != 0.0 &&
+        !LensCorrection::Create(LensOf(lens, drive.size), drive.size).ok()) {
+      lens = AdjustLens(windows, drive.size, Distortion::kNone);
+    }
     camera.focal_ratio = lens.focal_ratio;
     camera.log_focal_deviation = lens.log_focal_deviation;
+    if (lens.distortion != 0.0) {
+      camera.lens = LensOf(lens, drive.size);
+      return camera;
+    }
   }
   if (drive.pairs.empty()) return camera;
   const Pinhole learnt = CameraOf(drive.size, camera.focal_ratio);

@@ -7,10 +7,12 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <optional>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "vision/frame/frame_source.h"
+#include "vision/geometry/lens.h"
 #include "vision/labelling/drive_pictures.h"
 #include "vision/own_vehicle/own_vehicle.h"
 #include "vision/trajectory/travel_prior.h"
@@ -20,7 +22,9 @@ namespace egosieve::vision {
 struct DriveCamera {
   double focal_ratio = 0.0;          // focal length over the image's longer side
   double log_focal_deviation = 0.0;  // standard deviation of the focal length's logarithm
-  int pair_count = 0;                // pairs of pictures for `travel` and `own_vehicle`
+  // With distortion: the rest is then to be estimated from the pictures corrected by it.
+  std::optional<Lens> lens;
+  int pair_count = 0;  // pairs of pictures for `travel` and `own_vehicle`
   TravelPrior travel;
   // 255 on the own vehicle, else 0; empty: no own vehicle. Of the pictures as they are read.
   cv::Mat1b own_vehicle;

@@ -60,7 +60,7 @@ bool FocalLearner::Adjust() {
   for (const KeptTracks& kept : state_.windows) {
     windows.push_back(EnlargeTracks(kept, reduced, state_.size));
   }
-  const AdjustedLens lens = AdjustLens(windows, state_.size);
+  const AdjustedLens lens = AdjustLens(windows, state_.size, Distortion::kNone);
   if (state_.windows.size() >= size_t{kMostWindows}) {
     state_.windows.clear();
     state_.has_ended = lens.windows > 0;

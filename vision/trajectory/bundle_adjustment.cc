@@ -26,12 +26,14 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kLogFocalScale = 0.4, kScaleDeviation = 0.1;
+constexpr double kDistortionScale = 0.1, kDistortedShare = 0.25;
+constexpr double kLeastSquare = 1e-3;  // of C's root, which ends the pictures of pincushions
 constexpr double kCauchyScale = 2.0;
 constexpr double kStartNoisePixels = 1.0, kLeastNoisePixels = 0.1, kMostNoisePixels = 0.5;
 constexpr size_t kFewestTracks = 20;
 constexpr int kIterations = 50, kWindowIterations = 15;
 constexpr std::array<double, 7> kStartRatios = {0.35, 0.5, 0.75, 1.1, 1.6, 2.4, 3.5};  // f / L
-constexpr int kPose = 6;                    // unknowns per picture
+constexpr int kPose = 6, kLens = 2;         // unknowns per picture, and of all pictures
 constexpr double kLeastDepth = 1e-3;        // of X; nearer points are moved to this depth
 constexpr double kLeastParallax = 1e-3;     // at the start of the search
 constexpr double kLeastInformation = 1e-9;  // added for unknowns that no point determines
@@ -44,15 +46,21 @@ struct Reprojection {
   double noise = 0.0;  // sigma
 
   template <typename T>
-  bool operator()(const T* log_ratio, const T* pose, const T* inverse_depth, T* residual) const {
+  bool operator()(const T* log_ratio, const T* lambda, const T* pose, const T* inverse_depth,
+                  T* residual) const {
     const T focal = exp(*log_ratio) * side;
-    const T ray[3] = {start.x / focal, start.y / focal, T(1.0)};
+    const T per_pixel2 = *lambda * (4.0 / (side * side));
+    const T away = focal * (1.0 + per_pixel2 * start.dot(start));
+    const T ray[3] = {start.x / away, start.y / away, T(1.0)};
     T point[3];
     ceres::AngleAxisRotatePoint(pose, ray, point);
     for (int k = 0; k < 3; ++k) point[k] += *inverse_depth * pose[3 + k];
     const T depth = point[2] > kLeastDepth ? point[2] : T(kLeastDepth);
-    residual[0] = (focal * point[0] / depth - seen.x) / noise;
-    residual[1] = (focal * point[1] / depth - seen.y) / noise;
+    const T x = focal * point[0] / depth, y = focal * point[1] / depth;
+    const T square = 1.0 - 4.0 * per_pixel2 * (x * x + y * y);
+    const T scale = 2.0 / (1.0 + sqrt(square > kLeastSquare ? square : T(kLeastSquare)));
+    residual[0] = (scale * x - seen.x) / noise;
+    residual[1] = (scale * y - seen.y) / noise;
     return true;
   }
 };
@@ -74,6 +82,14 @@ struct FocalPrior {
   }
 };
 
+struct DistortionPrior {
+  template <typename T>
+  bool operator()(const T* lambda, T* residual) const {
+    residual[0] = *lambda / kDistortionScale;
+    return true;
+  }
+};
+
 // -log t_3 of a residual, without its constant.
 ceres::LossFunction* StudentThree() {
   return new ceres::ScaledLoss(new ceres::CauchyLoss(std::sqrt(3.0)), 4.0 / 3.0,
@@ -81,7 +97,7 @@ ceres::LossFunction* StudentThree() {
 }
 
 // All unknowns in one array, so that their order in memory, by which Ceres orders them, is always
-// the same: log(f / L), then window by window the poses of pictures 1..K and the inverse depths.
+// the same: log(f / L), lambda, then window by window the poses of pictures 1..K and the inverse depths.
 using State = std::vector<double>;
 
 struct Observation {
@@ -161,10 +177,9 @@ class Adjustment {
   }
 
   // Minimises (BA4) starting from `state`; returns its value, NaN where there is none.
-  double Minimise(double noise, State& state) const {
+  double Minimise(Distortion distortion, double noise, State& state) const {
     ceres::Problem problem;
-    for (const Window& window : windows_) Add(window, noise, state, problem);
-    AddPrior(state, problem);
+    AddAll(distortion, noise, state, problem);
     return Solve(problem, kIterations, windows_.data(), windows_.size(), state);
   }
 
@@ -205,13 +220,16 @@ class Adjustment {
     return std::max(NoiseOf(windows_.data(), windows_.size(), state), kLeastNoisePixels);
   }
 
-  // The variance of log(f / L) at the optimum of (BA4); nothing where it cannot be computed.
-  std::optional<double> FocalVariance(double noise, State& state) const {
+  // The variances of log(f / L) and lambda at the optimum of (BA4); nothing where they cannot be
+  // computed.
+  std::optional<Eigen::Vector2d> LensVariances(Distortion distortion, double noise,
+                                               State& state) const {
     ceres::Problem problem;
-    for (const Window& window : windows_) Add(window, noise, state, problem);
-    AddPrior(state, problem);
+    AddAll(distortion, noise, state, problem);
     ceres::Problem::EvaluateOptions options;
     problem.GetParameterBlocks(&options.parameter_blocks);
+    std::erase_if(options.parameter_blocks,
+                  [&](const double* block) { return problem.IsParameterBlockConstant(block); });
     std::sort(options.parameter_blocks.begin(), options.parameter_blocks.end());
     ceres::CRSMatrix rows;
     if (!problem.Evaluate(options, nullptr, nullptr, nullptr, &rows)) return std::nullopt;
@@ -222,8 +240,10 @@ class Adjustment {
     for (int k = 0; k < normal.cols(); ++k) normal.coeffRef(k, k) += kLeastInformation;
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(normal);
     if (factor.info() != Eigen::Success) return std::nullopt;
-    const Eigen::VectorXd first = Eigen::VectorXd::Unit(normal.cols(), 0);
-    return Eigen::VectorXd(factor.solve(first))(0);
+    const auto variance = [&](int k) {
+      return Eigen::VectorXd(factor.solve(Eigen::VectorXd::Unit(normal.cols(), k)))(k);
+    };
+    return Eigen::Vector2d(variance(0), distortion == Distortion::kNone ? 0.0 : variance(1));
   }
 
  private:
@@ -233,7 +253,7 @@ class Adjustment {
     for (const Window* window = windows; window != windows + count; ++window) {
       for (const Observation& at : window->observations) {
         double e[2];
-        Reprojection{at.start, at.seen, side_, 1.0}(state.data(), &state[at.pose],
+        Reprojection{at.start, at.seen, side_, 1.0}(&state[0], &state[1], &state[at.pose],
                                                     &state[at.inverse_depth], e);
         lengths.push_back(std::hypot(e[0], e[1]));
       }
@@ -289,7 +309,8 @@ class Adjustment {
   double MinimiseWindow(const Window& window, State& state) const {
     ceres::Problem problem;
     Add(window, kStartNoisePixels, state, problem);
-    problem.SetParameterBlockConstant(state.data());
+    problem.SetParameterBlockConstant(&state[0]);
+    problem.SetParameterBlockConstant(&state[1]);
     return Solve(problem, kWindowIterations, &window, 1, state);
   }
 
@@ -304,7 +325,7 @@ class Adjustment {
         order.AddElementToGroup(&state[at.pose], 1);
       }
     }
-    order.AddElementToGroup(state.data(), 1);
+    for (int k = 0; k < kLens; ++k) order.AddElementToGroup(&state[k], 1);
     options.linear_solver_type = ceres::DENSE_SCHUR;
     options.max_num_iterations = iterations;
     options.num_threads = 1;
@@ -320,28 +341,63 @@ class Adjustment {
         TwoViewMotion::kIndependentPairs / static_cast<double>(window.observations.size()),
         ceres::TAKE_OWNERSHIP);
     for (const Observation& at : window.observations) {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, 1, kPose, 1>(
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, 1, 1, kPose, 1>(
                                    new Reprojection{at.start, at.seen, side_, noise}),
-                               loss, state.data(), &state[at.pose], &state[at.inverse_depth]);
+                               loss, &state[0], &state[1], &state[at.pose],
+                               &state[at.inverse_depth]);
     }
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ScaleGauge, 1, kPose>(new ScaleGauge),
                              nullptr, &state[window.last_pose()]);
   }
 
-  static void AddPrior(State& state, ceres::Problem& problem) {
+  void AddAll(Distortion distortion, double noise, State& state, ceres::Problem& problem) const {
+    for (const Window& window : windows_) Add(window, noise, state, problem);
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<FocalPrior, 1, 1>(new FocalPrior),
-                             StudentThree(), state.data());
+                             StudentThree(), &state[0]);
+    if (distortion == Distortion::kNone) return problem.SetParameterBlockConstant(&state[1]);
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<DistortionPrior, 1, 1>(new DistortionPrior), StudentThree(),
+        &state[1]);
   }
 
   cv::Size image_;
   double side_;
   std::vector<Window> windows_;
-  size_t size_ = 1;  // of the State
+  size_t size_ = kLens;  // of the State
 };
+
+struct Solution {
+  AdjustedLens lens;
+  double distortion_variance = 0.0;
+};
+
+// From where the search ended. Nothing where no window shows a rigid scene.
+std::optional<Solution> Solve(Adjustment adjustment, State state, Distortion distortion) {
+  const double start = adjustment.Minimise(distortion, kStartNoisePixels, state);
+  if (!adjustment.DropNoisyWindows(state)) return std::nullopt;
+  const double noise = adjustment.Noise(state);
+  const double value = adjustment.Minimise(distortion, noise, state);
+  const std::optional<Eigen::Vector2d> variances =
+      adjustment.LensVariances(distortion, noise, state);
+  if (std::isnan(start + value) || !variances) return std::nullopt;
+  return Solution{{std::exp(state[0]), std::sqrt((*variances)(0)), state[1], noise,
+                   adjustment.windows(), adjustment.Directions(state, noise)},
+                  (*variances)(1)};
+}
+
+// (BA5)
+bool IsDistorted(const Solution& with) {
+  const double variance = with.distortion_variance, lambda = with.lens.distortion;
+  const double at_zero =
+      std::exp(-0.5 * lambda * lambda / variance) / std::sqrt(2.0 * M_PI * variance);
+  const double prior_at_zero = 2.0 / (M_PI * std::sqrt(3.0)) / kDistortionScale;  // t_3(0)
+  return at_zero / prior_at_zero < kDistortedShare / (1.0 - kDistortedShare);
+}
 
 }  // namespace
 
-AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image) {
+AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image,
+                        Distortion distortion) {
   std::vector<const TrackWindow*> usable;
   for (const TrackWindow& window : windows) {
     // Where no track reaches the last picture, nothing tells its pose.
@@ -353,21 +409,24 @@ AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image)
       usable.push_back(&window);
     }
   }
-  AdjustedLens lens;
-  if (usable.empty()) return lens;
-  Adjustment adjustment(usable, image);
-  State best = adjustment.Search();
-  const double start = adjustment.Minimise(kStartNoisePixels, best);
-  if (!adjustment.DropNoisyWindows(best)) return lens;
-  const double noise = adjustment.Noise(best);
-  const double value = adjustment.Minimise(noise, best);
-  const std::optional<double> variance = adjustment.FocalVariance(noise, best);
-  if (std::isnan(start + value) || !variance) return lens;
-  lens.focal_ratio = std::exp(best[0]);
-  lens.log_focal_deviation = std::sqrt(*variance);
-  lens.noise_pixels = noise;
-  lens.windows = adjustment.windows();
-  lens.directions = adjustment.Directions(best, noise);
+  if (usable.empty()) return {};
+  const Adjustment adjustment(usable, image);
+  const State start = adjustment.Search();
+  if (distortion == Distortion::kRadial) {
+    const std::optional<Solution> with = Solve(adjustment, start, distortion);
+    if (with && IsDistorted(*with)) return with->lens;
+  }
+  const std::optional<Solution> without = Solve(adjustment, start, Distortion::kNone);
+  return without ? without->lens : AdjustedLens();
+}
+
+Lens LensOf(const AdjustedLens& adjusted, cv::Size image) {
+  const double side = std::max(image.width, image.height);
+  const double focal = adjusted.focal_ratio * side;
+  const double l = adjusted.distortion * 4.0 * adjusted.focal_ratio * adjusted.focal_ratio;
+  Lens lens{focal, focal, 0.5 * image.width, 0.5 * image.height};
+  lens.distortion = {-5.0 * l,   6.0 * l * l, 0.0,          0.0,
+                     -l * l * l, -6.0 * l,    10.0 * l * l, -4.0 * l * l * l};
   return lens;
 }
 

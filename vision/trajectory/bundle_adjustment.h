@@ -1,19 +1,19 @@
-// Estimates the focal length of a drive by bundle adjustment, together with the camera's motion in
-// a few windows of pictures.
+// Estimates the lens of a drive by bundle adjustment, its focal length and its radial distortion,
+// together with the camera's motion in a few windows of pictures.
 //
 // Window w follows points i through its pictures k = 0..K (corner_tracks.h). With c the principal
-// point and f the focal length,
+// point, f the focal length, L the longer side of the image and lambda the distortion,
 //
-//   v_ik = (x_ik - c) / f                                                                   (BA1)
-//   X_ik = R_k (v_i0, 1) + r_i t_k              r_i inverse depth                           (BA2)
-//   e_ik = c + f X_ik[0..1] / X_ik[2] - x_ik    pixels                                      (BA3)
+//   u(x) = (x - c) / (1 + lambda |x - c|^2 / (L / 2)^2)          as a pinhole camera has it (BA1)
+//   X_ik = R_k (u(x_i0) / f, 1) + r_i t_k       r_i inverse depth                           (BA2)
+//   e_ik = u^-1(f X_ik[0..1] / X_ik[2]) - x_ik  pixels                                      (BA3)
 //
-// The adjustment minimises, over f, R_k, t_k and r_i of all windows,
+// The adjustment minimises, over f, lambda, R_k, t_k and r_i of all windows,
 //
 //   sum_w M / n_w sum_ik rho(|e_ik|^2 / sigma^2) / 2 + (|t_K| - 1)^2 / (2 0.1^2)
-//     - log t_3((log(f / L) - log 0.7) / 0.4)                                               (BA4)
+//     - log t_3((log(f / L) - log 0.7) / 0.4) - log t_3(lambda / 0.1)                       (BA4)
 //
-// L is the longer side of the image. rho is Cauchy's loss, 4 log(1 + z / 4), since movers are
+// rho is Cauchy's loss, 4 log(1 + z / 4), since movers are
 // outliers. sigma is estimated from the residuals. The points of one window share the errors of
 // tracker and model, so its n_w observations count as M = 30 (two_view_motion.h,
 // kIndependentPairs). Without rotation and parallax the prior of f decides: Student's t with 3
@@ -27,15 +27,24 @@
 // Windows with a sigma of more than half a pixel are dropped, since most of their points do not
 // show one rigid scene, and the rest is adjusted once more.
 //
-// The deviation of log f is that of its marginal normal distribution at the optimum.
+// The deviations are those of the marginal normal distributions at the optimum.
 //
-// References: Triggs, McLauchlan, Hartley & Fitzgibbon (2000); Hartley & Zisserman, 2nd ed., 19.
+// Of four cameras three are taken to correct their pictures: lambda = 0. The drive is adjusted with
+// lambda and without, and with lambda only counts where the data make lambda = 0 so much less likely than
+// the prior of (BA4) has it (Savage and Dickey's ratio of densities):
+//
+//   p(0 | data) / (t_3(0) / 0.1) < 1 / 3                                                    (BA5)
+//
+// References: Fitzgibbon, Simultaneous linear estimation of multiple view geometry and lens
+// distortion (CVPR 2001), for (BA1); Triggs, McLauchlan, Hartley & Fitzgibbon (2000); Hartley & Zisserman, 2nd ed., 19.
 // Ceres solves each problem on one thread, so that the result is the same each time.
 #pragma once
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <vector>
+
+#include "vision/geometry/lens.h"
 
 namespace egosieve::vision {
 
@@ -49,6 +58,7 @@ struct TrackWindow {
 struct AdjustedLens {
   double focal_ratio = 0.7;          // f / L
   double log_focal_deviation = 0.4;  // of log f
+  double distortion = 0.0;           // lambda; of a barrel negative
   double noise_pixels = 0.0;         // sigma
   int windows = 0;                   // windows used; 0: the values above are the prior's
   // Between consecutive pictures of the windows used, where IsParallax of two_view_motion.h: R^T t
@@ -56,8 +66,15 @@ struct AdjustedLens {
   std::vector<Eigen::Vector3d> directions;
 };
 
-// image: size of the pictures. Windows of fewer than 3 pictures or 20 tracks are not used, nor
-// those without a track through all pictures.
-AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image);
+// image: size of the pictures. kNone: lambda is 0. Windows of fewer than 3 pictures or 20 tracks are
+// not used, nor those without a track through all pictures.
+enum class Distortion { kNone, kRadial };
+AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image,
+                        Distortion distortion = Distortion::kRadial);
+
+// The same lens by coefficients: u^-1 is C(lambda r^2) u of rays at the distance r, C(z) =
+// 2 / (1 + sqrt(1 - 4 z)), and C of the sixth convergent of C(z) = 1 / (1 - z C(z)), a rational
+// function as (LE1).
+Lens LensOf(const AdjustedLens& adjusted, cv::Size image);
 
 }  // namespace egosieve::vision

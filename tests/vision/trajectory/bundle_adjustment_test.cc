@@ -69,6 +69,33 @@ TEST(BundleAdjustment, TurnsTellTheFocalLength) {
     EXPECT_EQ(lens.windows, 4);
     EXPECT_LT(lens.log_focal_deviation, 0.05) << focal;
     EXPECT_NEAR(lens.noise_pixels, 0.2, 0.05) << focal;
+    EXPECT_EQ(lens.distortion, 0.0) << focal;
+  }
+}
+
+// The pictures of a barrel and of a pincushion.
+TEST(BundleAdjustment, TurnsTellTheDistortion) {
+  for (const double distortion : {-0.15, 0.06}) {
+    AdjustedLens truth;
+    truth.focal_ratio = 560.0 / 800;
+    truth.distortion = distortion;
+    const Lens lens = LensOf(truth, {800, 600});
+    std::vector<TrackWindow> windows = WindowsOf(Turning(560.0));
+    for (TrackWindow& window : windows) {
+      for (auto& track : window.tracks) {
+        for (cv::Point2d& place : track) {
+          const auto [x, y] = lens.Project((place.x - 399.5) / 560.0, (place.y - 299.5) / 560.0);
+          place = {x - 0.5, y - 0.5};
+        }
+      }
+    }
+    const AdjustedLens found = AdjustLens(windows, {800, 600});
+    ExpectWithinDeviation(found, truth.focal_ratio);
+    EXPECT_NEAR(found.distortion, distortion, 0.01);
+    const AdjustedLens without = AdjustLens(windows, {800, 600}, Distortion::kNone);
+    EXPECT_EQ(without.distortion, 0.0);
+    EXPECT_GT(std::abs(std::log(without.focal_ratio / truth.focal_ratio)),
+              std::abs(std::log(found.focal_ratio / truth.focal_ratio)));
   }
 }
 
