@@ -21,7 +21,6 @@ namespace {
 
 constexpr int kMinimumSide = 16;
 
-// Presets of OpenCV's DIS, with fewer refinements.
 InverseSearchOptions SearchOptionsOf(FlowQuality quality) {
   switch (quality) {
     case FlowQuality::kUltrafast:

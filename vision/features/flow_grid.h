@@ -29,10 +29,8 @@
 
 namespace egosieve::vision {
 
-// Presets of OpenCV's DIS with two changes. First, kFast and kMedium refine twice instead of five
-// times, since refinement smooths, and small fast objects then take on the motion of their
-// background. Second, the patches of kFast are closer, 2 pixels apart. kMedium works at half
-// resolution, kFast at a quarter.
+// kMedium works at half resolution with patches 3 pixels apart, kFast at a quarter with patches 2
+// apart, kUltrafast there with patches 4 apart and without refinement.
 enum class FlowQuality { kUltrafast, kFast, kMedium };
 
 struct FlowGridOptions {

@@ -27,18 +27,34 @@ namespace {
 
 constexpr double kLogFocalScale = 0.4, kScaleDeviation = 0.1;
 constexpr double kDistortionScale = 0.1, kDistortedShare = 0.25;
-constexpr double kLeastSquare = 1e-3;  // of C's root, which ends the pictures of pincushions
+constexpr double kCourse = 1.2, kCourseDeviation = 0.8;
+constexpr int kUndistortSteps = 5;
+constexpr double kLeastSlope = 0.1;  // of a lens that does not fold
 constexpr double kCauchyScale = 2.0;
 constexpr double kStartNoisePixels = 1.0, kLeastNoisePixels = 0.1, kMostNoisePixels = 0.5;
 constexpr size_t kFewestTracks = 20;
 constexpr int kIterations = 50, kWindowIterations = 15;
 constexpr std::array<double, 7> kStartRatios = {0.35, 0.5, 0.75, 1.1, 1.6, 2.4, 3.5};  // f / L
-constexpr int kPose = 6, kLens = 2;         // unknowns per picture, and of all pictures
+constexpr int kPose = 6, kLens = 3;         // unknowns per picture, and of all pictures
 constexpr double kLeastDepth = 1e-3;        // of X; nearer points are moved to this depth
 constexpr double kLeastParallax = 1e-3;     // at the start of the search
 constexpr double kLeastInformation = 1e-9;  // added for unknowns that no point determines
 
-// (BA3) / sigma of one observation. log_ratio: log(f / L). pose: R as angle times axis, then t.
+// t with t (1 + a t^2 + kappa a^2 t^4) = 1: |u| over |x - c|, where a is z of x - c. By Newton's
+// method.
+template <typename T>
+T UndistortedShare(const T& a, const T& kappa) {
+  T t(1.0);
+  for (int k = 0; k < kUndistortSteps; ++k) {
+    const T z = a * t * t;
+    const T slope = 1.0 + z * (3.0 + 5.0 * kappa * z);
+    t -= (t * (1.0 + z * (1.0 + kappa * z)) - 1.0) / (slope > kLeastSlope ? slope : T(kLeastSlope));
+  }
+  return t;
+}
+
+// (BA3) / sigma of one observation. log_ratio: log(f / L). distortion: lambda, kappa.
+// pose: R as angle times axis, then t.
 struct Reprojection {
   // Positions in the first picture and in this one, relative to the principal point, pixels.
   cv::Point2d start, seen;
@@ -46,19 +62,19 @@ struct Reprojection {
   double noise = 0.0;  // sigma
 
   template <typename T>
-  bool operator()(const T* log_ratio, const T* lambda, const T* pose, const T* inverse_depth,
+  bool operator()(const T* log_ratio, const T* distortion, const T* pose, const T* inverse_depth,
                   T* residual) const {
     const T focal = exp(*log_ratio) * side;
-    const T per_pixel2 = *lambda * (4.0 / (side * side));
-    const T away = focal * (1.0 + per_pixel2 * start.dot(start));
-    const T ray[3] = {start.x / away, start.y / away, T(1.0)};
+    const T per_pixel2 = distortion[0] * (4.0 / (side * side));
+    const T undistorted = UndistortedShare(per_pixel2 * start.dot(start), distortion[1]) / focal;
+    const T ray[3] = {start.x * undistorted, start.y * undistorted, T(1.0)};
     T point[3];
     ceres::AngleAxisRotatePoint(pose, ray, point);
     for (int k = 0; k < 3; ++k) point[k] += *inverse_depth * pose[3 + k];
     const T depth = point[2] > kLeastDepth ? point[2] : T(kLeastDepth);
     const T x = focal * point[0] / depth, y = focal * point[1] / depth;
-    const T square = 1.0 - 4.0 * per_pixel2 * (x * x + y * y);
-    const T scale = 2.0 / (1.0 + sqrt(square > kLeastSquare ? square : T(kLeastSquare)));
+    const T z = per_pixel2 * (x * x + y * y);
+    const T scale = 1.0 + z * (1.0 + distortion[1] * z);
     residual[0] = (scale * x - seen.x) / noise;
     residual[1] = (scale * y - seen.y) / noise;
     return true;
@@ -84,8 +100,16 @@ struct FocalPrior {
 
 struct DistortionPrior {
   template <typename T>
-  bool operator()(const T* lambda, T* residual) const {
-    residual[0] = *lambda / kDistortionScale;
+  bool operator()(const T* distortion, T* residual) const {
+    residual[0] = distortion[0] / kDistortionScale;
+    return true;
+  }
+};
+
+struct CoursePrior {
+  template <typename T>
+  bool operator()(const T* distortion, T* residual) const {
+    residual[0] = (distortion[1] - kCourse) / kCourseDeviation;
     return true;
   }
 };
@@ -97,7 +121,7 @@ ceres::LossFunction* StudentThree() {
 }
 
 // All unknowns in one array, so that their order in memory, by which Ceres orders them, is always
-// the same: log(f / L), lambda, then window by window the poses of pictures 1..K and the inverse depths.
+// the same: log(f / L), lambda, kappa, then window by window the poses of pictures 1..K and the inverse depths.
 using State = std::vector<double>;
 
 struct Observation {
@@ -140,7 +164,7 @@ class Adjustment {
   // The best of the windows' solutions at the focal lengths kStartRatios.
   State Search() const {
     constexpr size_t kRatios = kStartRatios.size();
-    std::vector<State> states(kRatios, State(size_, 0.0));
+    std::vector<State> states(kRatios, NewState());
     std::vector<std::vector<double>> values(windows_.size(), std::vector<double>(kRatios));
     for (size_t j = 0; j < kRatios; ++j) states[j][0] = std::log(kStartRatios[j]);
     kernels::ParallelFor(static_cast<int64_t>(windows_.size()), [&](int64_t w) {
@@ -247,6 +271,12 @@ class Adjustment {
   }
 
  private:
+  State NewState() const {
+    State state(size_, 0.0);
+    state[2] = kCourse;
+    return state;
+  }
+
   // sigma of the residuals: their lengths |e| have a Rayleigh distribution.
   double NoiseOf(const Window* windows, size_t count, const State& state) const {
     std::vector<double> lengths;
@@ -264,7 +294,7 @@ class Adjustment {
   // A state with the focal length and the unknowns of this window set, motions and depths by pairs
   // of pictures. Other windows are zero.
   State ByPairs(const Window& window, double focal_ratio) const {
-    State state(size_, 0.0);
+    State state = NewState();
     state[0] = std::log(focal_ratio);
     const Pinhole camera = Pinhole::Of(image_, focal_ratio * side_);
     double parallax = 0.0;
@@ -325,7 +355,8 @@ class Adjustment {
         order.AddElementToGroup(&state[at.pose], 1);
       }
     }
-    for (int k = 0; k < kLens; ++k) order.AddElementToGroup(&state[k], 1);
+    order.AddElementToGroup(&state[0], 1);
+    order.AddElementToGroup(&state[1], 1);
     options.linear_solver_type = ceres::DENSE_SCHUR;
     options.max_num_iterations = iterations;
     options.num_threads = 1;
@@ -341,7 +372,7 @@ class Adjustment {
         TwoViewMotion::kIndependentPairs / static_cast<double>(window.observations.size()),
         ceres::TAKE_OWNERSHIP);
     for (const Observation& at : window.observations) {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, 1, 1, kPose, 1>(
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, 1, 2, kPose, 1>(
                                    new Reprojection{at.start, at.seen, side_, noise}),
                                loss, &state[0], &state[1], &state[at.pose],
                                &state[at.inverse_depth]);
@@ -356,8 +387,10 @@ class Adjustment {
                              StudentThree(), &state[0]);
     if (distortion == Distortion::kNone) return problem.SetParameterBlockConstant(&state[1]);
     problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<DistortionPrior, 1, 1>(new DistortionPrior), StudentThree(),
+        new ceres::AutoDiffCostFunction<DistortionPrior, 1, 2>(new DistortionPrior), StudentThree(),
         &state[1]);
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<CoursePrior, 1, 2>(new CoursePrior),
+                             nullptr, &state[1]);
   }
 
   cv::Size image_;
@@ -380,7 +413,7 @@ std::optional<Solution> Solve(Adjustment adjustment, State state, Distortion dis
   const std::optional<Eigen::Vector2d> variances =
       adjustment.LensVariances(distortion, noise, state);
   if (std::isnan(start + value) || !variances) return std::nullopt;
-  return Solution{{std::exp(state[0]), std::sqrt((*variances)(0)), state[1], noise,
+  return Solution{{std::exp(state[0]), std::sqrt((*variances)(0)), state[1], state[2], noise,
                    adjustment.windows(), adjustment.Directions(state, noise)},
                   (*variances)(1)};
 }
@@ -423,10 +456,10 @@ AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image,
 Lens LensOf(const AdjustedLens& adjusted, cv::Size image) {
   const double side = std::max(image.width, image.height);
   const double focal = adjusted.focal_ratio * side;
-  const double l = adjusted.distortion * 4.0 * adjusted.focal_ratio * adjusted.focal_ratio;
   Lens lens{focal, focal, 0.5 * image.width, 0.5 * image.height};
-  lens.distortion = {-5.0 * l,   6.0 * l * l, 0.0,          0.0,
-                     -l * l * l, -6.0 * l,    10.0 * l * l, -4.0 * l * l * l};
+  const double k1 = adjusted.distortion * 4.0 * adjusted.focal_ratio * adjusted.focal_ratio;
+  lens.distortion[0] = k1;
+  lens.distortion[1] = adjusted.course * k1 * k1;
   return lens;
 }
 

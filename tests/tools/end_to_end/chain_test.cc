@@ -7,7 +7,7 @@
 #include <set>
 
 #include "absl/strings/str_split.h"
-#include "nlohmann/json.hpp"
+#include "kernels/files/atomic_file.h"
 #include "tests/testing/fresh_folder.h"
 #include "tests/testing/status.h"
 #include "tests/tools/testing/outcome.h"
@@ -98,6 +98,29 @@ TEST(Chain, AFocalLengthLearntOnTheWayIsKept) {
              truth = Value(ReadLensFile(root + "/drive/camera.json")).focal_ratio();
   // Nearer than the middle of the prior.
   EXPECT_NEAR(std::log(learnt / truth), 0.0, 0.05);
+}
+
+// A run that is resumed reads it from the run folder.
+TEST(Chain, TheFirstPassFindsTheLens) {
+  const std::string root = FreshFolder(), run = root + "/run", parts = root + "/parts";
+  ExpectDone({"synthesize", "--scenario=handheld", "--seed=101", "--frames=40",
+              "--field_of_view=80", "--radial=-0.15", "--out=" + root + "/drive",
+              "--progress=none"});
+  const auto segment = [&](const std::string& out, const std::string& to) {
+    ExpectDone({"segment", root + "/drive/frames", "--out=" + out, "--to=" + to, "--resume",
+                "--budget=200", "--progress=none"});
+  };
+  segment(run, "2");
+  segment(parts, "1");
+  segment(parts, "2");
+  const LensFile learnt = Value(ReadLensFile(run + "/camera.json")),
+                 truth = Value(ReadLensFile(root + "/drive/camera.json"));
+  EXPECT_NEAR(std::log(learnt.focal_ratio() / truth.focal_ratio()), 0.0, 0.04);
+  EXPECT_NEAR(learnt.lens.distortion[0], -0.15, 0.02);
+  const auto map = [](const std::string& folder) {
+    return Value(kernels::ReadFile(folder + "/grid/000002.prob.png"));
+  };
+  EXPECT_EQ(map(parts), map(run));
 }
 
 TEST(Chain, ProgressAsJsonIsJson) {

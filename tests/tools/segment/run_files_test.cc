@@ -172,7 +172,7 @@ TEST(RunCamera, IsReadAsWritten) {
   EXPECT_TRUE(AreEqual((*read)->own_vehicle, camera.own_vehicle));
   EXPECT_TRUE(AreEqual((*read)->windscreen, camera.windscreen));
   EXPECT_TRUE(AreEqual((*read)->fixed_pattern, camera.fixed_pattern));
-  EXPECT_DOUBLE_EQ((*read)->focal_ratio, 50.0 / 64.0);
+  EXPECT_DOUBLE_EQ((*read)->lens.focal_ratio(), 50.0 / 64.0);
 }
 
 TEST(RunCamera, ALackingWindscreenIsAnError) {
