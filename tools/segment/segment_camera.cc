@@ -139,6 +139,7 @@ absl::StatusOr<RunCamera> SegmentCamera::Learn(const DriveInput& input, int64_t 
     EGOSIEVE_RETURN_IF_ERROR(UseLens({*camera.lens, frames}, frames));
     options.pictures.lens = lens_;
     options.focal_ratio = ratio_;
+    EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(from));
     const double deviation = camera.log_focal_deviation;
     EGOSIEVE_ASSIGN_OR_RETURN(camera, vision::LearnDriveCamera(source, options));
     camera.log_focal_deviation = deviation;

@@ -94,13 +94,12 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   } else {
     const std::vector<TrackWindow> windows = WindowsOfTheWorld(std::move(drive.windows), fixed);
     AdjustedLens lens = AdjustLens(windows, drive.size);
-    if (lens.distortion != 0.0 &&
-        !LensCorrection::Create(LensOf(lens, drive.size), drive.size).ok()) {
+    if (lens.k1 != 0.0 && !LensCorrection::Create(LensOf(lens, drive.size), drive.size).ok()) {
       lens = AdjustLens(windows, drive.size, Distortion::kNone);
     }
     camera.focal_ratio = lens.focal_ratio;
     camera.log_focal_deviation = lens.log_focal_deviation;
-    if (lens.distortion != 0.0) {
+    if (lens.k1 != 0.0) {
       camera.lens = LensOf(lens, drive.size);
       return camera;
     }

@@ -26,7 +26,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kLogFocalScale = 0.4, kScaleDeviation = 0.1;
-constexpr double kDistortionScale = 0.1, kDistortedShare = 0.25;
+constexpr double kDistortionDeviation = 0.2, kDistortedShare = 0.25;
+constexpr double kScatter = 2.0;
 constexpr double kCourse = 1.2, kCourseDeviation = 0.8;
 constexpr int kUndistortSteps = 5;
 constexpr double kLeastSlope = 0.1;  // of a lens that does not fold
@@ -40,8 +41,7 @@ constexpr double kLeastDepth = 1e-3;        // of X; nearer points are moved to 
 constexpr double kLeastParallax = 1e-3;     // at the start of the search
 constexpr double kLeastInformation = 1e-9;  // added for unknowns that no point determines
 
-// t with t (1 + a t^2 + kappa a^2 t^4) = 1: |u| over |x - c|, where a is z of x - c. By Newton's
-// method.
+// |u| over |x - c| / f, where a is k1 |x - c|^2 / f^2. By Newton's method.
 template <typename T>
 T UndistortedShare(const T& a, const T& kappa) {
   T t(1.0);
@@ -53,7 +53,7 @@ T UndistortedShare(const T& a, const T& kappa) {
   return t;
 }
 
-// (BA3) / sigma of one observation. log_ratio: log(f / L). distortion: lambda, kappa.
+// (BA3) / sigma of one observation. log_ratio: log(f / L). distortion: k1, kappa.
 // pose: R as angle times axis, then t.
 struct Reprojection {
   // Positions in the first picture and in this one, relative to the principal point, pixels.
@@ -65,16 +65,16 @@ struct Reprojection {
   bool operator()(const T* log_ratio, const T* distortion, const T* pose, const T* inverse_depth,
                   T* residual) const {
     const T focal = exp(*log_ratio) * side;
-    const T per_pixel2 = distortion[0] * (4.0 / (side * side));
-    const T undistorted = UndistortedShare(per_pixel2 * start.dot(start), distortion[1]) / focal;
-    const T ray[3] = {start.x * undistorted, start.y * undistorted, T(1.0)};
+    const T u = start.x / focal, v = start.y / focal;
+    const T share = UndistortedShare(distortion[0] * (u * u + v * v), distortion[1]);
+    const T ray[3] = {share * u, share * v, T(1.0)};
     T point[3];
     ceres::AngleAxisRotatePoint(pose, ray, point);
     for (int k = 0; k < 3; ++k) point[k] += *inverse_depth * pose[3 + k];
     const T depth = point[2] > kLeastDepth ? point[2] : T(kLeastDepth);
-    const T x = focal * point[0] / depth, y = focal * point[1] / depth;
-    const T z = per_pixel2 * (x * x + y * y);
-    const T scale = 1.0 + z * (1.0 + distortion[1] * z);
+    const T x = point[0] / depth, y = point[1] / depth;
+    const T z = distortion[0] * (x * x + y * y);
+    const T scale = focal * (1.0 + z * (1.0 + distortion[1] * z));
     residual[0] = (scale * x - seen.x) / noise;
     residual[1] = (scale * y - seen.y) / noise;
     return true;
@@ -101,15 +101,8 @@ struct FocalPrior {
 struct DistortionPrior {
   template <typename T>
   bool operator()(const T* distortion, T* residual) const {
-    residual[0] = distortion[0] / kDistortionScale;
-    return true;
-  }
-};
-
-struct CoursePrior {
-  template <typename T>
-  bool operator()(const T* distortion, T* residual) const {
-    residual[0] = (distortion[1] - kCourse) / kCourseDeviation;
+    residual[0] = distortion[0] / kDistortionDeviation;
+    residual[1] = (distortion[1] - kCourse) / kCourseDeviation;
     return true;
   }
 };
@@ -121,7 +114,7 @@ ceres::LossFunction* StudentThree() {
 }
 
 // All unknowns in one array, so that their order in memory, by which Ceres orders them, is always
-// the same: log(f / L), lambda, kappa, then window by window the poses of pictures 1..K and the inverse depths.
+// the same: log(f / L), k1, kappa, then window by window the poses of pictures 1..K and the inverse depths.
 using State = std::vector<double>;
 
 struct Observation {
@@ -244,7 +237,7 @@ class Adjustment {
     return std::max(NoiseOf(windows_.data(), windows_.size(), state), kLeastNoisePixels);
   }
 
-  // The variances of log(f / L) and lambda at the optimum of (BA4); nothing where they cannot be
+  // The variances of log(f / L) and k1 at the optimum of (BA4); nothing where they cannot be
   // computed.
   std::optional<Eigen::Vector2d> LensVariances(Distortion distortion, double noise,
                                                State& state) const {
@@ -387,10 +380,8 @@ class Adjustment {
                              StudentThree(), &state[0]);
     if (distortion == Distortion::kNone) return problem.SetParameterBlockConstant(&state[1]);
     problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<DistortionPrior, 1, 2>(new DistortionPrior), StudentThree(),
+        new ceres::AutoDiffCostFunction<DistortionPrior, 2, 2>(new DistortionPrior), nullptr,
         &state[1]);
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<CoursePrior, 1, 2>(new CoursePrior),
-                             nullptr, &state[1]);
   }
 
   cv::Size image_;
@@ -401,7 +392,7 @@ class Adjustment {
 
 struct Solution {
   AdjustedLens lens;
-  double distortion_variance = 0.0;
+  double k1_variance = 0.0;
 };
 
 // From where the search ended. Nothing where no window shows a rigid scene.
@@ -420,11 +411,13 @@ std::optional<Solution> Solve(Adjustment adjustment, State state, Distortion dis
 
 // (BA5)
 bool IsDistorted(const Solution& with) {
-  const double variance = with.distortion_variance, lambda = with.lens.distortion;
-  const double at_zero =
-      std::exp(-0.5 * lambda * lambda / variance) / std::sqrt(2.0 * M_PI * variance);
-  const double prior_at_zero = 2.0 / (M_PI * std::sqrt(3.0)) / kDistortionScale;  // t_3(0)
-  return at_zero / prior_at_zero < kDistortedShare / (1.0 - kDistortedShare);
+  const double prior = 1.0 / (kDistortionDeviation * kDistortionDeviation);
+  const double told = 1.0 / with.k1_variance - prior;  // by the drive
+  const double by_drive = with.lens.k1 / (with.k1_variance * told);
+  const double trusted = told / (kScatter * kScatter);
+  const double ratio = std::sqrt(1.0 + trusted / prior) *
+                       std::exp(-0.5 * std::pow(by_drive * trusted, 2) / (trusted + prior));
+  return ratio < kDistortedShare / (1.0 - kDistortedShare);
 }
 
 }  // namespace
@@ -457,9 +450,8 @@ Lens LensOf(const AdjustedLens& adjusted, cv::Size image) {
   const double side = std::max(image.width, image.height);
   const double focal = adjusted.focal_ratio * side;
   Lens lens{focal, focal, 0.5 * image.width, 0.5 * image.height};
-  const double k1 = adjusted.distortion * 4.0 * adjusted.focal_ratio * adjusted.focal_ratio;
-  lens.distortion[0] = k1;
-  lens.distortion[1] = adjusted.course * k1 * k1;
+  lens.distortion[0] = adjusted.k1;
+  lens.distortion[1] = adjusted.course * adjusted.k1 * adjusted.k1;
   return lens;
 }
 

@@ -117,6 +117,8 @@ TEST(Chain, TheFirstPassFindsTheLens) {
                  truth = Value(ReadLensFile(root + "/drive/camera.json"));
   EXPECT_NEAR(std::log(learnt.focal_ratio() / truth.focal_ratio()), 0.0, 0.04);
   EXPECT_NEAR(learnt.lens.distortion[0], -0.15, 0.02);
+  const auto camera = nlohmann::json::parse(std::ifstream(run + "/camera.json"));
+  EXPECT_EQ(camera["pairs"], 12);  // of the pass over the corrected pictures
   const auto map = [](const std::string& folder) {
     return Value(kernels::ReadFile(folder + "/grid/000002.prob.png"));
   };

@@ -69,16 +69,16 @@ TEST(BundleAdjustment, TurnsTellTheFocalLength) {
     EXPECT_EQ(lens.windows, 4);
     EXPECT_LT(lens.log_focal_deviation, 0.05) << focal;
     EXPECT_NEAR(lens.noise_pixels, 0.2, 0.05) << focal;
-    EXPECT_EQ(lens.distortion, 0.0) << focal;
+    EXPECT_EQ(lens.k1, 0.0) << focal;
   }
 }
 
 // The pictures of a barrel and of a pincushion.
 TEST(BundleAdjustment, TurnsTellTheDistortion) {
-  for (const double distortion : {-0.15, 0.06}) {
+  for (const double k1 : {-0.3, 0.1}) {
     AdjustedLens truth;
     truth.focal_ratio = 560.0 / 800;
-    truth.distortion = distortion;
+    truth.k1 = k1;
     truth.course = 1.0;
     const Lens lens = LensOf(truth, {800, 600});
     std::vector<TrackWindow> windows = WindowsOf(Turning(560.0));
@@ -92,8 +92,8 @@ TEST(BundleAdjustment, TurnsTellTheDistortion) {
     }
     const AdjustedLens found = AdjustLens(windows, {800, 600});
     ExpectWithinDeviation(found, truth.focal_ratio);
-    EXPECT_NEAR(found.distortion, distortion, 0.01);
-    EXPECT_EQ(AdjustLens(windows, {800, 600}, Distortion::kNone).distortion, 0.0);
+    EXPECT_NEAR(found.k1, k1, 0.02);
+    EXPECT_EQ(AdjustLens(windows, {800, 600}, Distortion::kNone).k1, 0.0);
   }
 }
 
