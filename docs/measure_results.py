@@ -98,6 +98,11 @@ MEASUREMENTS = {
         suite,
     ),
     "first_mask": ("rm -rf {out}/cows; {program} run {data}/davis/cows/frames --out={out}/cows", clock),
+    "first_picture": (
+        "rm -rf {out}/first {out}/pocl; POCL_CACHE_DIR={out}/pocl {program} run {data}/strangers/dashcam_intersection.mp4 --out={out}/first & "
+        "until [ -e {out}/first/preview.png ] || ! kill -0 $!; do sleep 0.1; done; kill $!; wait $!; [ -e {out}/first/preview.png ]",
+        clock,
+    ),
     "speed": ("bench/drive/bench_drive.py --frames=40 --profiles=default,fast,opencv", profiles),
     "gp": (
         "{bench} --benchmark_filter='BM_DensePosterior(Mean|Variance)' --json={out}/gp.json",

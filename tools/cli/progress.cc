@@ -148,6 +148,11 @@ bool Progress::AdvanceUninterrupted() {
   return !InterruptionRequested();
 }
 
+void Progress::Say(const std::string& line) {
+  if (mode_ != ProgressMode::kAuto) return;
+  stream_ << (terminal_ ? "\r\033[2K" : "") << command_ << ": " << line << std::endl;
+}
+
 void Progress::Finish() {
   if (std::exchange(finished_, true) || mode_ == ProgressMode::kNone) return;
   if (mode_ == ProgressMode::kJson || done_ == 0) return;  // each has its line

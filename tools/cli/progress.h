@@ -64,6 +64,8 @@ class Progress {
   void Advance(const Details& details = {});
   // The same. False if an interruption was requested (interruption.h).
   bool AdvanceUninterrupted();
+  // A line of its own beside the progress; nothing where that is not for people.
+  void Say(const std::string& line);
   // Time since the beginning.
   double Seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   // Shows the last state, with the time that it took, and ends the bar's line. Later calls do

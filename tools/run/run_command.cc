@@ -1,7 +1,10 @@
 // egosieve run VIDEO: segment, refine, render and report into one folder.
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <filesystem>
 #include <iostream>
+#include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -12,9 +15,11 @@
 #include "tools/cli/command.h"
 #include "tools/cli/output_folder.h"
 #include "tools/refine/refine_run.h"
+#include "tools/render/overlay_source.h"
 #include "tools/render/render_run.h"
 #include "tools/report/report_run.h"
 #include "tools/run/closing_lines.h"
+#include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/segment_run.h"
 #include "vision/frame/video_file.h"
@@ -23,6 +28,9 @@ namespace egosieve::tools {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr char kPreview[] = "preview.png";
+constexpr std::chrono::seconds kPreviewInterval{10};
 
 // Whether the file is there and as new as refine's products.
 bool IsNew(const RunFolder& folder, const char* name) {
@@ -79,6 +87,9 @@ class RunCommand : public Command {
  private:
   absl::StatusOr<ExitCode> RunAll() {
     segment_.resume = segment_.result.quiet = true;
+    segment_.watch = [this](const auto& context, const FrameLine& line) {
+      return Preview(context, line);
+    };
     if (segment_.directory.empty()) segment_.directory = DefaultFolder(segment_.input);
     const std::string finished = FinishedUtc(segment_.directory);
     EGOSIEVE_ASSIGN_OR_RETURN(const ExitCode code, RunSegment(segment_));
@@ -97,10 +108,32 @@ class RunCommand : public Command {
       report.result.quiet = has_news = true;
       EGOSIEVE_RETURN_IF_ERROR(RunReport(report).status());
     }
+    std::error_code error;
+    fs::remove(folder.File(kPreview), error);
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string closing, ClosingLines(folder));
     if (!has_news) std::cout << segment_.directory << " was finished before; nothing was done\n";
     std::cout << closing;
     return code;
+  }
+
+  // Draws the map of the first frame that was learnt from, and of a later one every ten seconds.
+  absl::StatusOr<std::string> Preview(const std::shared_ptr<kernels::Context>& context,
+                                      const FrameLine& line) {
+    const auto now = std::chrono::steady_clock::now();
+    const bool is_first = !overlays_;
+    if (line.outcome != FrameLine::Outcome::kLearnt) return "";
+    if (!is_first && now - last_preview_ < kPreviewInterval) return "";
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(segment_.directory));
+    if (is_first) {
+      EGOSIEVE_ASSIGN_OR_RETURN(overlays_, OverlaySource::Open(context, folder, ""));
+      overlays_->ShowMovers(false);
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat3b picture, overlays_->Draw(line, {}));
+    const std::string path = folder.File(kPreview);
+    EGOSIEVE_RETURN_IF_ERROR(WritePng(path, picture));
+    last_preview_ = now;
+    return is_first ? absl::StrCat(path, " shows the newest frame, for as long as this goes on")
+                    : "";
   }
 
   absl::Status Refine(const RunFolder& folder, bool& has_news) const {
@@ -115,6 +148,8 @@ class RunCommand : public Command {
   }
 
   SegmentCall segment_;
+  std::optional<OverlaySource> overlays_;  // of the previews; absent before the first
+  std::chrono::steady_clock::time_point last_preview_;
   bool has_video_ = true;
 };
 

@@ -28,7 +28,7 @@ constexpr const char* kFolders[] = {"plots", "log", "grid",   "full", "frames",
 bool IsOwnPath(const std::string& path) {
   static const auto& own = *new std::regex(
       "(run|camera|eval|further|reconstruct)\\.json|frames\\.jsonl|(eval|tracks)\\.csv|"
-      "(own_vehicle|fixed_pattern|windscreen|ignored)\\.png|trajectory\\.txt|report\\.html|"
+      "(own_vehicle|fixed_pattern|windscreen|ignored|preview)\\.png|trajectory\\.txt|report\\.html|"
       "overlay\\.mp4|view\\.rrd|log/[^/]*\\.jsonl|grid/[0-9]{6,}\\.(prob|std)\\.png|"
       "full/[0-9]{6,}\\.((prob|std|class)\\.png|objects\\.json)|"
       "(frames|masks|ids|render)/[0-9]{6,}\\.png|model/[0-9]{6,}\\.npz|"

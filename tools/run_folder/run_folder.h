@@ -14,6 +14,7 @@
 //   render/NNNNNN.png              overlays
 //   model/                         checkpoints
 //   report.html, overlay.mp4, eval.json, eval.csv, further.json, plots/
+//   preview.png                    the newest frame's overlay while `run` goes on
 //
 // NNNNNN is the frame's index in the input, from 0. A frame's maps are written before its line, so
 // a frame with a line has complete maps. One program writes a run at a time (folder_lock.h).

@@ -2,14 +2,18 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "kernels/runtime/context.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
 #include "tools/cli/threads_flag.h"
+#include "tools/run_folder/frame_line.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/segment_camera.h"
 #include "tools/segment/segment_options.h"
@@ -30,6 +34,11 @@ struct SegmentCall {
   DeviceFlag device;
   ProgressFlag progress;
   ResultFlag result;
+  // Called with every frame that is written, if there is one. What it returns is said beside the
+  // progress, if not empty; its error ends the run.
+  std::function<absl::StatusOr<std::string>(const std::shared_ptr<kernels::Context>&,
+                                            const FrameLine&)>
+      watch;
 
   void AddFlags(CLI::App& app);
 

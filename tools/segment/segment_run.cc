@@ -305,6 +305,9 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
         {{"times real time", (line.time_seconds - *first_seconds) / progress.Seconds()},
          {"model size", static_cast<double>(line.model_size)},
          {"dynamic share", line.dynamic_share}});
+    if (!call.watch) return absl::OkStatus();
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string news, call.watch(device.context, line));
+    if (!news.empty()) progress.Say(news);
     return absl::OkStatus();
   };
   absl::StatusOr<vision::PipelineSummary> summary =

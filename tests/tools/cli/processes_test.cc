@@ -166,6 +166,16 @@ TEST(Progress, IsSilentWhereItShouldBe) {
   EXPECT_EQ(quick.str(), "");
 }
 
+TEST(Progress, SaysLinesBesideTheBarToPeopleAlone) {
+  std::ostringstream bar, lines, json;
+  Progress("run", ProgressMode::kAuto, 4, bar, true).Say("look");
+  Progress("run", ProgressMode::kAuto, 4, lines, false).Say("look");
+  Progress("run", ProgressMode::kJson, 4, json, true).Say("look");
+  EXPECT_EQ(bar.str(), "\r\033[2Krun: look\n");
+  EXPECT_EQ(lines.str(), "run: look\n");
+  EXPECT_EQ(json.str(), "");
+}
+
 TEST(Progress, DoesNotTrustTheTotal) {
   std::ostringstream stream;
   Progress progress("segment", ProgressMode::kJson, 1, stream, false);

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
@@ -107,8 +108,14 @@ TEST_F(Run, GoesOnAfterAKill) {
     WaitUntil([&] { return !ReadFile(out_ + "/" + reached).value_or("").empty(); });
     kill(process, SIGKILL);
     WaitForProgram(process);
+    if (reached == std::string("reconstruct.json")) {
+      const cv::Mat preview = cv::imread(out_ + "/preview.png");
+      EXPECT_EQ(preview.cols, cv::imread(frames_ + "/000000.png").cols);
+      EXPECT_THAT(*ReadFile(root_ + "/err.txt"), HasSubstr(out_ + "/preview.png shows the newest"));
+    }
     EXPECT_THAT(RunIt({"--profile=fast"}), Succeeds());
     ExpectAllFiles();
+    EXPECT_FALSE(fs::exists(out_ + "/preview.png"));
     for (const std::string& folder : {out_, undisturbed}) fs::remove(folder + "/report.html");
     EXPECT_EQ(CompareRuns(undisturbed, out_), "");
   }

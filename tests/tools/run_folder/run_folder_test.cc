@@ -178,7 +178,8 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
               HasSubstr("--overwrite"));
   const std::vector<std::string> derived = absl::StrSplit(
       "full/000001.prob.png full/000001.objects.json render/000001.png report.html "
-      "report.html.abcdef.egosieve.tmp overlay.mp4 view.rrd overlay.mp4.abcdef.egosieve.tmp.mp4 "
+      "report.html.abcdef.egosieve.tmp overlay.mp4 preview.png view.rrd "
+      "overlay.mp4.abcdef.egosieve.tmp.mp4 "
       "eval.json eval.csv model/000003.npz model/000003.npz.abcdef.egosieve.tmp "
       "model/1000000.npz frames.jsonl.abcdef.egosieve.tmp "
       "grid/000001.prob.png.abcdef.egosieve.tmp run.json.abcdef.egosieve.tmp "

@@ -75,7 +75,7 @@ Told Parse(const std::string& output) {
   return told;
 }
 
-// The folder of the node's program and of the pictures, made once a process; empty where it cannot
+// The folder of the installed node and of the pictures, made once a process; empty where it cannot
 // be built.
 const std::string& Node() {
   static const std::string folder = [] {
@@ -88,7 +88,8 @@ const std::string& Node() {
     const CommandOutcome built = RunClean(
         build, "cmake -S '" + InstalledTree() + "/share/egosieve/examples/ros2' -B . " + packages +
                    " -DCMAKE_CXX_FLAGS='-Wall -Wextra -Werror' -DCMAKE_PREFIX_PATH='" +
-                   InstalledTree() + "' && cmake --build .");
+                   InstalledTree() +
+                   "' && cmake --build . && cmake --install . --prefix installed");
     EXPECT_EQ(built.code, 0) << built.output;
     WritePictures(build + "/pictures");
     return built.code == 0 ? build : "";
@@ -97,9 +98,10 @@ const std::string& Node() {
 }
 
 Told Play(int burst) {
-  const CommandOutcome played =
-      RunClean(Node(), "timeout 120 ./segmenter_node --ros-args -p profile:=default",
-               "PLAY=pictures WIDTH=240 HEIGHT=160 FOCAL=200 BURST=" + std::to_string(burst));
+  const CommandOutcome played = RunClean(
+      Node(),
+      "timeout 120 installed/lib/egosieve_ros2/segmenter_node --ros-args -p profile:=default",
+      "PLAY=pictures WIDTH=240 HEIGHT=160 FOCAL=200 BURST=" + std::to_string(burst));
   EXPECT_EQ(played.code, 0) << played.output;
   return Parse(played.output);
 }
