@@ -104,10 +104,9 @@ absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool res
   }
   if (!camera_) {
     EGOSIEVE_ASSIGN_OR_RETURN(camera_, Learn(input, from, shown, labeller));
-  } else if (!is_ratio_given_) {
-    EGOSIEVE_RETURN_IF_ERROR(UseLens(camera_->lens, {input.width_pixels, input.height_pixels}));
   }
   if (!is_ratio_given_) {
+    EGOSIEVE_RETURN_IF_ERROR(UseLens(camera_->lens, {input.width_pixels, input.height_pixels}));
     labeller.focal_ratio = ratio_;
     labeller.lens = lens_;
   }
@@ -143,8 +142,6 @@ absl::StatusOr<RunCamera> SegmentCamera::Learn(const DriveInput& input, int64_t 
     const double deviation = camera.log_focal_deviation;
     EGOSIEVE_ASSIGN_OR_RETURN(camera, vision::LearnDriveCamera(source, options));
     camera.log_focal_deviation = deviation;
-  } else if (!is_ratio_given_) {
-    ratio_ = camera.focal_ratio;
   }
   return MakeRunCamera(camera, frames, file_ ? &*file_ : nullptr);
 }

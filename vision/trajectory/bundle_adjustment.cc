@@ -27,7 +27,7 @@ namespace {
 
 constexpr double kLogFocalScale = 0.4, kScaleDeviation = 0.1;
 constexpr double kDistortionDeviation = 0.2, kDistortedShare = 0.25;
-constexpr double kScatter = 2.0;
+constexpr double kScatter = 2.0;  // of k1, in its deviations
 constexpr double kCourse = 1.2, kCourseDeviation = 0.8;
 constexpr int kUndistortSteps = 5;
 constexpr double kLeastSlope = 0.1;  // of a lens that does not fold
