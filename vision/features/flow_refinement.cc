@@ -12,6 +12,7 @@ constexpr float kOfBrightness = 5.0f, kOfGradient = 10.0f, kOfSmoothness = 20.0f
 constexpr float kLeastGradient2 = 0.01f;                                           // levels^2
 constexpr float kLeastDistance2 = 1e-6f;                                           // pixels^2
 constexpr int kSweeps = 5;                                                         // per round
+constexpr float kRelaxation = 1.6f;
 
 // A field with a column and a row more on each side.
 class Padded {
@@ -61,14 +62,15 @@ class Refinement {
     }
     Linearise(from, to, flow);
     for (cv::Mat1f& coefficient : system_) coefficient.create(size_);
+    for (int x = 0; x <= size_.width; ++x) relaxation_.push_back(x % 2 == 0 ? kRelaxation : 0.0f);
   }
 
   void Round() {
     u_.RepeatBorder();
     v_.RepeatBorder();
     Weigh();
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      for (int k = 0; k < size_.height; ++k) Solve(sweep % 2 == 0 ? k : size_.height - 1 - k);
+    for (int sweep = 0; sweep < 2 * kSweeps; ++sweep) {
+      for (int y = 0; y < size_.height; ++y) Solve(y, (sweep + y) % 2);
     }
   }
 
@@ -169,18 +171,17 @@ class Refinement {
     std::fill_n(down_.Row(size_.height - 1), size_.width, 0.0f);
   }
 
-  // The row's pixels, each from its neighbours.
-  void Solve(int y) {
+  // The row's pixels of one colour of the chequerboard, each from its neighbours, which are of the
+  // other. All are computed, for vectors, and the others keep their values.
+  void Solve(int y, int colour) {
     const float *xx = system_[0].ptr<float>(y), *xy = system_[1].ptr<float>(y),
                 *yy = system_[2].ptr<float>(y), *right_x = system_[3].ptr<float>(y),
                 *right_y = system_[4].ptr<float>(y);
     const float *across = across_.Row(y), *down = down_.Row(y), *up = down_.Row(y - 1);
     const float *u_above = u_.Row(y - 1), *u_below = u_.Row(y + 1);
     const float *v_above = v_.Row(y - 1), *v_below = v_.Row(y + 1);
+    const float* relaxation = relaxation_.data() + colour;
     float *u = u_.Row(y), *v = v_.Row(y);
-    next_u_.resize(size_.width);
-    next_v_.resize(size_.width);
-    float *next_u = next_u_.data(), *next_v = next_v_.data();
 #pragma GCC ivdep
     for (int x = 0; x < size_.width; ++x) {
       const float before = across[x - 1], after = across[x], above = up[x], below = down[x];
@@ -190,20 +191,19 @@ class Refinement {
       const float q = right_y[x] + before * v[x - 1] + after * v[x + 1] + above * v_above[x] +
                       below * v_below[x];
       const float a = xx[x] + links, b = xy[x], c = yy[x] + links;
-      const float determinant = a * c - b * b;
-      next_u[x] = (c * p - b * q) / determinant;
-      next_v[x] = (a * q - b * p) / determinant;
+      const float scale = relaxation[x] / (a * c - b * b);
+      const float keep = 1.0f - relaxation[x];
+      u[x] = keep * u[x] + scale * (c * p - b * q);
+      v[x] = keep * v[x] + scale * (a * q - b * p);
     }
-    std::copy_n(next_u, size_.width, u);
-    std::copy_n(next_v, size_.width, v);
   }
 
   const cv::Size size_;
   Lines lines_;
   Padded u_, v_;
-  Padded across_, down_;  // weights of the links to the right and down
-  cv::Mat1f system_[5];   // xx, xy, yy, and the right side
-  std::vector<float> next_u_, next_v_;
+  Padded across_, down_;           // weights of the links to the right and down
+  cv::Mat1f system_[5];            // xx, xy, yy, and the right side
+  std::vector<float> relaxation_;  // kRelaxation and 0 in turn
 };
 
 }  // namespace

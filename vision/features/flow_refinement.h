@@ -11,7 +11,7 @@
 //
 // r_0 the distance from the first line, r_1 the root of the sum of squares of the others. A line of
 // a gradient g counts by |g|^2 / (|g|^2 + .01): a blank place has none. The least squares of (FR1)
-// are weighted again in each round, and solved by sweeps of block Gauss-Seidel from row to row.
+// are weighted again in each round, and solved by sweeps of successive over-relaxation.
 //
 // The charges are those of OpenCV's DIS. Reference: Brox, Bruhn, Papenberg & Weickert, High accuracy
 // optical flow estimation based on a theory for warping (ECCV 2004).

@@ -24,7 +24,8 @@ SYNTHETIC = {
 PEOPLE = {'pedestrians': {'mean_auc': 0.89, 'mask_j': 0.23}}  # 0.914, 0.275; 0.189 where flow need only return within a pixel
 FOUND = {'ahead': 0.9, 'crossing': 0.72, 'oncoming': 0.47}  # 1.000, 0.785, 0.543: vehicles within 40 m
 FALSE_OBJECTS = 0.22  # per frame; 0.208
-FAST = {'junction': {'mean_auc': 0.98, 'mask_j': 0.725}}  # 0.985, 0.745: "Demo"
+FAST_SEEDS = (201, 202, 203, 204)  # of one drive alone J differs by 0.04 with each change of flow
+FAST = {'mean_auc': 0.98, 'mask_j': 0.725}  # means: 0.985, 0.744
 REAL = {
     'bear': {'mean_auc': 0.98, 'mask_j': 0.91},  # 0.997, 0.941
     'car-turn': {'mean_auc': 0.98, 'mask_j': 0.81},  # 0.998, 0.845
@@ -84,9 +85,12 @@ class Headline(unittest.TestCase):
                 self.assertGreaterEqual(found[f'{heading} vehicle within 40 m'], least)
 
     def test_fast(self):
-        run(PROGRAM, 'synthesize', '--scenario=junction', f'--frames={SYNTHETIC_FRAMES}', f'--out={self.folder}/street/junction', '--progress=none')
+        for seed in FAST_SEEDS:
+            run(PROGRAM, 'synthesize', '--scenario=junction', f'--seed={seed}', f'--frames={SYNTHETIC_FRAMES}', f'--out={self.folder}/street/{seed}',
+                '--progress=none')
         scores, _ = suite(f'{self.folder}/street', profile='fast')
-        self.check(scores, FAST)
+        means = {name: sum(row[name] for row in scores.values()) / len(scores) for name in FAST}
+        self.check({'junction': means}, {'junction': FAST})
 
     def check_real(self, data, floors, **options):
         """Clips in folder `data` of EGOSIEVE_DATA."""
