@@ -19,7 +19,7 @@ namespace {
 constexpr float kHolds = 0.7f, kAccepted = 0.85f, kSettled = 0.9f;  // of c, (PC2)
 constexpr float kGain = 0.5f;
 constexpr int kMostSteps = 5;                            // of an alignment
-constexpr double kMostReturn = 0.25;                      // pixels
+constexpr double kMostReturn = 0.25;                     // pixels
 constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;  // of displacements, pixels
 constexpr int kMostSweeps = 12;
 
