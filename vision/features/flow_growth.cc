@@ -16,7 +16,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr float kHolds = 0.7f, kAccepted = 0.85f, kSettled = 0.9f;  // of c, (PC2)
+constexpr float kHolds = 0.7f, kAccepted = kLeastCorrelation, kSettled = 0.9f;  // of c, (PC2)
 constexpr float kGain = 0.5f;
 constexpr int kMostSteps = 5;                            // of an alignment
 constexpr double kMostReturn = 0.25;                     // pixels
@@ -94,9 +94,7 @@ class Growth {
     for (size_t k = 0; k < owners.size(); ++k) {
       if (!found[k]) continue;
       Place& place = places_[owners[k]];
-      const float correlation = CorrelationAt(*place.patch, *found[k]);
-      if (correlation < kAccepted) continue;
-      Correct(place, *found[k] - place.at, correlation);
+      Correct(place, *found[k] - place.at, CorrelationAt(*place.patch, *found[k]));
     }
   }
 
@@ -110,6 +108,7 @@ class Growth {
     place.displacement = displacement;
     place.correlation = correlation;
     place.holds = place.corrected = true;
+    if (correlation >= kSettled) place.patch.reset();
   }
 
   // For every unsettled neighbour of a fresh point, the displacement that fits it best.
@@ -126,7 +125,7 @@ class Growth {
         for (int x = std::max(column - 1, 0); x <= std::min(column + 1, columns_ - 1); ++x) {
           const int i = y * columns_ + x;
           const Place& place = places_[i];
-          if (place.patch == nullptr || (place.holds && place.correlation >= kSettled)) continue;
+          if (place.patch == nullptr) continue;
           if (place.holds && AreAlike(place.displacement, displacement)) continue;
           const float correlation = CorrelationAt(*place.patch, place.at + displacement);
           if (!best[i] || correlation > best[i]->correlation) best[i] = {correlation, displacement};
@@ -151,11 +150,11 @@ class Growth {
       const Candidate& candidate = candidates[k];
       Place& place = places_[candidate.place];
       const cv::Point2f corner = FlowPatchCorner(place.at);
-      const cv::Point2f there =
-          place.patch->Align(to_, corner + candidate.displacement, kMostSteps).corner;
+      const auto [there, match] =
+          place.patch->Align(to_, corner + candidate.displacement, kMostSteps);
       const cv::Point2f displacement = there - corner;
       if (!to_.HoldsPatch(there) || !AreAlike(displacement, candidate.displacement)) return;
-      const float correlation = place.patch->Correlation(to_, there);
+      const float correlation = place.patch->Correlation(match);
       const bool gains = !place.holds || 1.0f - correlation <= kGain * (1.0f - place.correlation);
       if (correlation < kAccepted || !gains) return;
       const cv::Point2f back = FlowPatch(to_, there).Align(from_, corner, kMostSteps).corner;

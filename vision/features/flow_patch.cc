@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kArea = kFlowPatchSide * kFlowPatchSide;
 // Added to H: a step along which the picture does not change has no length. Half a grey level of
-// noise against displacements of about a patch's side.
+// noise against displacements of about a pixel.
 constexpr float kLeastCurvature = 0.25f;
 
 float Sum(const FlowPatchRow& a) {
@@ -99,8 +99,7 @@ FlowPatchMatch FlowPatch::Compare(const FlowPicture& other, cv::Point2f corner) 
           cv::Point2f(Sum(along_x), Sum(along_y)) - slope_};
 }
 
-float FlowPatch::Correlation(const FlowPicture& other, cv::Point2f corner) const {
-  const FlowPatchMatch match = Compare(other, corner);
+float FlowPatch::Correlation(const FlowPatchMatch& match) const {
   const float squares_there = match.error + 2.0f * match.product - squares_;
   const float norms = std::sqrt(squares_ * std::max(squares_there, 0.0f));
   return norms > 0.0f ? match.product / norms : 0.0f;
@@ -124,7 +123,7 @@ AlignedFlowPatch FlowPatch::Align(const FlowPicture& other, cv::Point2f start,
     found = next;
     here = there;
   }
-  return {found, here.error};
+  return {found, here};
 }
 
 }  // namespace egosieve::vision

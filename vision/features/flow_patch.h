@@ -13,7 +13,7 @@
 
 #include <array>
 #include <cmath>
-#include <cstdint>
+#include <cstddef>
 #include <cstring>
 #include <opencv2/core.hpp>
 
@@ -101,7 +101,7 @@ struct FlowPatchMatch {
 
 struct AlignedFlowPatch {
   cv::Point2f corner;
-  float error = 0.0f;
+  FlowPatchMatch match;  // at `corner`
 };
 
 class FlowPatch {
@@ -113,8 +113,11 @@ class FlowPatch {
   float norm() const { return std::sqrt(squares_); }
 
   FlowPatchMatch Compare(const FlowPicture& other, cv::Point2f corner) const;
-  // c; 0 where a patch is blank.
-  float Correlation(const FlowPicture& other, cv::Point2f corner) const;
+  // c; 0 where a patch is blank. match: what Compare returned.
+  float Correlation(const FlowPatchMatch& match) const;
+  float Correlation(const FlowPicture& other, cv::Point2f corner) const {
+    return Correlation(Compare(other, corner));
+  }
 
   // At most `most_steps` steps (PC3) from `start`, not further than a patch's side.
   AlignedFlowPatch Align(const FlowPicture& other, cv::Point2f start, int most_steps) const;

@@ -21,8 +21,7 @@ constexpr int kBeside = 2;
 constexpr double kMostOfOthers = 0.9, kMostOfSpread = 0.8;
 constexpr int kNoise = kSide * kSide / 2;  // of E: half a grey level per pixel
 // Pixels at full resolution.
-constexpr int kMostSteps = 6;               // of an alignment
-constexpr float kLeastCorrelation = 0.85f;  // as growth asks of its seeds
+constexpr int kMostSteps = 6;  // of an alignment
 constexpr double kMostReturn = 0.25, kMostAligned = 3.0;
 constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;
 constexpr size_t kPlacesPerTask = 64;
@@ -159,9 +158,9 @@ void Align(const FlowPicture& from, const FlowPicture& to, Ways& ways) {
     const cv::Point2f coarse = FlowPatchCorner(ways.ends[k]);
     if (!from.HoldsPatch(start)) return;
     const FlowPatch patch(from, start);
-    const cv::Point2f there = patch.Align(to, coarse, kMostSteps).corner;
+    const auto [there, match] = patch.Align(to, coarse, kMostSteps);
     if (!to.HoldsPatch(there) || cv::norm(there - coarse) > kMostAligned) return;
-    if (patch.Correlation(to, there) < kLeastCorrelation) return;
+    if (patch.Correlation(match) < kLeastCorrelation) return;
     const cv::Point2f back = FlowPatch(to, there).Align(from, start, kMostSteps).corner;
     if (cv::norm(back - start) > kMostReturn) return;
     ways.ends[k] = ways.starts[k] + (there - start);

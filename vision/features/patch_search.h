@@ -23,6 +23,8 @@
 
 namespace egosieve::vision {
 
+inline constexpr float kLeastCorrelation = 0.85f;  // of what is found: c of flow_patch.h
+
 // Returns the positions in `to` of the `places` of `from`, one per place. Both pictures have one
 // size. spacing: pixels between neighbouring places.
 std::vector<std::optional<cv::Point2f>> SearchPatches(const FlowPicture& from,

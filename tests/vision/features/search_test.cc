@@ -50,7 +50,7 @@ TEST(FlowPatch, AlignsBetweenPixels) {
     const AlignedFlowPatch aligned = patch.Align(to, corner, 10);
     EXPECT_LT(cv::norm(aligned.corner - corner - cv::Point2f(1.3f, -0.8f)), 0.15) << corner;
     EXPECT_GT(patch.Correlation(to, aligned.corner), 0.98f);
-    EXPECT_LT(aligned.error, 0.2f * patch.Compare(to, corner).error);
+    EXPECT_LT(aligned.match.error, 0.2f * patch.Compare(to, corner).error);
     EXPECT_FLOAT_EQ(patch.Correlation(from, corner), 1.0f);
   }
 }
