@@ -149,8 +149,8 @@ std::vector<SegmentOption> MakeOptions() {
       File(
           Kind::kFlag, "camera", "FILE",
           "The lens: a run's camera.json, or JSON of focal_pixels, width and height; COLMAP's "
-          "cameras.txt; camera_info of ROS or Kalibr's camchain (.yaml). The focal length is "
-          "estimated in a first pass over the drive where it is not given",
+          "cameras.txt; camera_info of ROS or Kalibr's camchain (.yaml). Focal length and "
+          "distortion are estimated in a first pass over the drive where they are not given",
           [](auto& s) -> auto& { return s.camera.lens; }),
       File(
           Kind::kFlag, "ignore", "MASK",
