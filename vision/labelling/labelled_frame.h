@@ -60,8 +60,8 @@ struct LabelledFrame {
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
   MotionModelKind rejected_model = MotionModelKind::kNone;  // the best rejected one
   cv::Matx33d rejected_matrix = cv::Matx33d::eye();
-  // As in gap_choice.h: median over static points with a calibrated motion, else median residual of
-  // a homography; 0 if none was tried.
+  // As in gap_choice.h; of the paper's front end the median residual of a homography, 0 if none was
+  // tried.
   double parallax_pixels = 0.0;
   bool motion_trusted = false;
   int64_t feature_count = 0;    // of the input frame: key points, corners, textured grid points

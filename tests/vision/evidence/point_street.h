@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "vision/evidence/pinhole.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/tracking/track.h"
 

@@ -140,8 +140,7 @@ TEST(FocalLearner, EndsAfterEightWindows) {
 }
 
 std::unique_ptr<FrameLabeller> OnlineLabeller(int labelling_size = 0) {
-  return *MakeFrameLabeller(
-      {.learns_focal_ratio = true, .longest_side_pixels = labelling_size, .frame_gap = 0});
+  return *MakeFrameLabeller({.longest_side_pixels = labelling_size, .frame_gap = 0});
 }
 
 TEST(FocalLearner, TheLabellerIsCalibratedFromThenOn) {

@@ -17,7 +17,7 @@ namespace {
 TEST(FrameLabeller, MoverStandsOut) {
   for (const FrameLabellerOptions& options : EveryKindOfOptions()) {
     if (options.is_paper) continue;  // needs parallax
-    SCOPED_TRACE(Describe(options.evidence));
+    SCOPED_TRACE(options.focal_ratio);
     auto labeller = MakeLabeller(options);
     ASSERT_TRUE(labeller->Process(WallFrame(0)).ok());
     const auto labelled = Value(labeller->Process(WallFrame(1)));
