@@ -58,8 +58,6 @@ struct LabelledFrame {
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
-  MotionModelKind rejected_model = MotionModelKind::kNone;  // the best rejected one
-  cv::Matx33d rejected_matrix = cv::Matx33d::eye();
   // As in gap_choice.h; of the paper's front end the median residual of a homography, 0 if none was
   // tried.
   double parallax_pixels = 0.0;

@@ -281,6 +281,8 @@ absl::StatusOr<TrackLabeller::Sight> TrackLabeller::SightOf(const ExtractedFrame
   const Pinhole camera = Camera(frame.grey.size());
   Sight sight;
   EGOSIEVE_ASSIGN_OR_RETURN(sight.outlook, OutlookOf(frame, ahead, moved, times));
+  Stopwatch watch;
+  const double flow_before = pair_motions_.flow_milliseconds();
   if (gap > 1) {
     EGOSIEVE_ASSIGN_OR_RETURN(sight.behind,
                               LookBack(before, frame, camera, movers_.nodes(), pair_motions_));
@@ -289,6 +291,9 @@ absl::StatusOr<TrackLabeller::Sight> TrackLabeller::SightOf(const ExtractedFrame
     EGOSIEVE_ASSIGN_OR_RETURN(sight.world,
                               pair_motions_.Between(before, frame, camera, movers_.nodes()));
   }
+  const double flow = pair_motions_.flow_milliseconds() - flow_before;
+  times.features_milliseconds += flow;
+  times.geometry_milliseconds += watch.LapMilliseconds() - flow;
   return sight;
 }
 

@@ -108,20 +108,6 @@ void Judge(const Candidate& chosen, MotionModel& model) {
   }
 }
 
-// Keeps the competing model of the other kind. Static and homography count as one kind, since they
-// are the same for a static camera.
-void KeepRejected(const Candidate& chosen, const std::vector<Candidate>& candidates,
-                  MotionModel& model) {
-  const auto is_fundamental = [](const Candidate& candidate) {
-    return candidate.kind == MotionModelKind::kFundamental;
-  };
-  for (const Candidate& candidate : candidates) {
-    if (is_fundamental(candidate) == is_fundamental(chosen)) continue;
-    model.rejected_kind = candidate.kind;
-    model.rejected_matrix = candidate.matrix;
-  }
-}
-
 void Choose(const std::vector<Candidate>& candidates, const std::vector<PointPair>& pairs,
             MotionModel& model) {
   const std::vector<double> weights = EvenWeights(pairs);
@@ -142,7 +128,6 @@ void Choose(const std::vector<Candidate>& candidates, const std::vector<PointPai
   }
   model.reason.clear();
   Judge(*best, model);
-  KeepRejected(*best, candidates, model);
 }
 
 absl::StatusOr<MotionModel> Estimate(const std::vector<PointPair>& pairs, bool fundamental_alone,

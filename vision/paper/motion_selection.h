@@ -42,7 +42,7 @@
 
 namespace egosieve::vision {
 
-// Too few or degenerate pairs give kind kNone with a reason. A MotionSelector.
+// Too few or degenerate pairs give kind kNone with a reason.
 absl::StatusOr<MotionModel> SelectMotion(const std::vector<PointPair>& pairs, uint64_t seed);
 // The fundamental matrix alone, as in the paper, with the same trust.
 absl::StatusOr<MotionModel> FitFundamental(const std::vector<PointPair>& pairs, uint64_t seed);

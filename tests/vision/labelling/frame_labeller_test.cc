@@ -23,11 +23,9 @@ TEST(FrameLabeller, MoverStandsOut) {
     const auto labelled = Value(labeller->Process(WallFrame(1)));
     ExpectWellFormed(labelled);
     ASSERT_EQ(labelled.outcome, LabelOutcome::kLabelled) << labelled.reason;
-    EXPECT_EQ(labelled.motion_model, MotionModelKind::kHomography);
     EXPECT_EQ(labelled.first_index, 0);
     EXPECT_EQ(labelled.labelled.index, 1);
     const FeatureScore score = ScoreAgainstMask(labelled, WallMask(labelled.labelled.index));
-    EXPECT_GT(score.residual_auc, 0.95);
     EXPECT_GT(score.label_auc, 0.95);
   }
 }

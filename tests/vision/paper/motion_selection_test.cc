@@ -89,7 +89,6 @@ std::vector<PointPair> StillAmongParallelMovers(double shift_of_rest) {
 TEST(SelectMotion, CameraAmongParallelMoversStandsStill) {
   const auto model = Value(SelectMotion(StillAmongParallelMovers(0.0), 1));
   EXPECT_EQ(model.kind, MotionModelKind::kStatic);
-  EXPECT_EQ(model.rejected_kind, MotionModelKind::kFundamental);
   EXPECT_TRUE(model.trusted);
   // What hardly moves is not still.
   EXPECT_NE(SelectMotion(StillAmongParallelMovers(0.6), 1)->kind, MotionModelKind::kStatic);
