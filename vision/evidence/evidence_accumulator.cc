@@ -130,15 +130,6 @@ void Fuse(const EvidenceFrame& frame, EvidenceState& next, EvidenceResult& resul
 
 }  // namespace
 
-EvidencePoint PointOfTrack(const Track& track, int gap) {
-  EvidencePoint point;
-  point.track_id = track.id;
-  point.parent_id = track.parent_id;
-  point.now = track.places[0];
-  if (track.Reaches(gap)) point.before = track.places[gap];
-  return point;
-}
-
 absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& frame) {
   EGOSIEVE_RETURN_IF_ERROR(CheckFrame(frame, state_.last_index));
   EGOSIEVE_RETURN_IF_ERROR(ByTrack(frame.points).status());

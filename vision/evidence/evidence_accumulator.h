@@ -28,7 +28,6 @@
 #include "vision/evidence/photometric_support.h"
 #include "vision/evidence/road_plane.h"
 #include "vision/geometry/pinhole.h"
-#include "vision/tracking/track.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
@@ -47,8 +46,6 @@ struct EvidencePoint {
 
   bool HasBefore() const { return std::isfinite(before.x) && std::isfinite(before.y); }
 };
-
-EvidencePoint PointOfTrack(const Track& track, int gap);
 
 // A picture other than the two of the pair. Its evidence counts for the current frame only and is
 // not accumulated, because the same pair is evaluated again when that picture is the current one.

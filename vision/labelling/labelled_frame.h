@@ -10,7 +10,6 @@
 #include "vision/evidence/fusion.h"
 #include "vision/frame/frame.h"
 #include "vision/geometry/motion_model_kind.h"
-#include "vision/geometry/point_pair.h"
 #include "vision/trajectory/camera_step.h"
 
 namespace egosieve::vision {
@@ -79,8 +78,5 @@ struct LabelledFrame {
     return kernels::ConstMatrixView<double>(positions.data(), size(), 2);
   }
 };
-
-// The labelled places as pairs, from the first frame of the pair to the second.
-std::vector<PointPair> PairsOf(const LabelledFrame& labels);
 
 }  // namespace egosieve::vision

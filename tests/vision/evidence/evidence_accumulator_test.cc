@@ -13,6 +13,15 @@ namespace {
 constexpr int kGap = 2;
 const double kNoisePixels = 0.2 * std::sqrt(2.0);  // of Busy(), in both pictures
 
+EvidencePoint PointOfTrack(const Track& track, int gap) {
+  EvidencePoint point;
+  point.track_id = track.id;
+  point.parent_id = track.parent_id;
+  point.now = track.places[0];
+  if (track.Reaches(gap)) point.before = track.places[gap];
+  return point;
+}
+
 // Inverse depths of the street's points are 1 / 8 to 1 / 100 metres.
 TwoViewMotion MotionBetween(const PointStreet& street, int a, int b) {
   const Eigen::Vector3d t = street.TranslationBetween(a, b);
