@@ -36,8 +36,6 @@ struct LabelledClip {
   std::vector<Frame> frames;
 };
 
-constexpr int kThreads = 2;
-
 struct LabelledTrack {
   int label = 0;
   std::map<int, cv::Point2f> places;  // by frame
@@ -78,10 +76,10 @@ void AddLabelled(const std::map<int, LabelledTrack>& tracks, int index,
 
 // One track per feature: that of its match, or a new one.
 std::vector<Track> Chained(const std::vector<Track>& before, const FeatureSet& features,
-                           const std::vector<Match>& matches, int64_t& next_id) {
+                           const std::vector<cv::DMatch>& matches, int64_t& next_id) {
   std::vector<Track> tracks(features.size());
-  for (const Match& match : matches) {
-    tracks[match.second] = before[match.first].Continued(features.positions[match.second]);
+  for (const cv::DMatch& match : matches) {
+    tracks[match.trainIdx] = before[match.queryIdx].Continued(features.positions[match.trainIdx]);
   }
   for (int64_t i = 0; i < features.size(); ++i) {
     if (tracks[i].length > 0) continue;
@@ -108,7 +106,7 @@ absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory, int 
     LabelledClip::Frame frame;
     frame.features =
         Chained(clip.frames.empty() ? std::vector<Track>() : clip.frames.back().features, features,
-                MatchFeatures(previous, features, kThreads), next_id);
+                MatchFeatures(previous, features), next_id);
     AddLabelled(tracks, index, frame);
     clip.frames.push_back(std::move(frame));
     previous = std::move(features);
@@ -132,9 +130,8 @@ absl::StatusOr<std::vector<ClipMotion>> FundamentalsOf(const LabelledClip& clip,
       const cv::Point2f before = track.places[gap], now = track.places[0];
       pairs.push_back({before.x, before.y, now.x, now.y});
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(const RansacResult result,
-                              EstimateFundamental(pairs, RansacOptions()));
-    motions[t] = {MotionModelKind::kFundamental, result.matrix};
+    motions[t].kind = MotionModelKind::kFundamental;
+    EGOSIEVE_ASSIGN_OR_RETURN(motions[t].matrix, EstimateFundamental(pairs, 1.0, /*seed=*/1));
   }
   return motions;
 }
