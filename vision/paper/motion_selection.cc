@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "absl/strings/str_format.h"
-#include "kernels/base/status_macros.h"
 #include "vision/geometry/residual.h"
 #include "vision/image/cell_grid.h"
 #include "vision/paper/ransac.h"
@@ -14,7 +13,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kFundamentalThreshold = 0.25;  // RANSAC's T, pixels
+constexpr double kFundamentalThreshold = 0.5;  // RANSAC's T, pixels
 constexpr double kHomographyThreshold = 1.0;
 constexpr double kLeastSigma = 1.0;     // pixels
 constexpr double kStillPixels = 0.25;   // (GR2)
@@ -139,13 +138,10 @@ absl::StatusOr<MotionModel> Estimate(const std::vector<PointPair>& pairs, bool f
     candidates.push_back(
         MakeCandidate(MotionModelKind::kStatic, Eigen::Matrix3d::Identity(), pairs));
   }
-  RansacOptions ransac;
-  ransac.seed = seed;
   const auto add = [&](MotionModelKind kind, double threshold, const auto& estimate) {
-    ransac.threshold_pixels = threshold;
-    const absl::StatusOr<RansacResult> fitted = estimate(pairs, ransac);
+    const absl::StatusOr<Eigen::Matrix3d> fitted = estimate(pairs, threshold, seed);
     if (fitted.ok()) {
-      candidates.push_back(MakeCandidate(kind, fitted->matrix, pairs));
+      candidates.push_back(MakeCandidate(kind, *fitted, pairs));
     } else {
       model.reason = std::string(fitted.status().message());
     }
