@@ -14,9 +14,7 @@ struct MotionModel {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // H or F in pixels, first image to second
   int64_t inlier_count = 0;                              // pairs near the model
   int64_t pair_count = 0;
-  // Median transfer error of the best homography, which measures parallax: the motion that the
-  // homography does not explain. 0 where no homography was tried.
-  double parallax_pixels = 0.0;
+  double parallax_pixels = 0.0;  // of two_view_motion.h; 0 where not measured
   bool trusted = false;
   std::string reason;  // why it is not trusted, or why there is none
 };

@@ -16,7 +16,7 @@
 #include "vision/labelling/stopwatch.h"
 #include "vision/paper/feature_extractor.h"
 #include "vision/paper/feature_matcher.h"
-#include "vision/paper/motion_selection.h"
+#include "vision/paper/fundamental_fit.h"
 #include "vision/paper/neighbour_agreement.h"
 #include "vision/statistics/robust_scale.h"
 
@@ -138,7 +138,7 @@ absl::Status PaperLabeller::LabelPair(const PaperFrame& first, const PaperFrame&
   if (!IsEnough(counts, options_.minimum_matches, result)) return absl::OkStatus();
   const uint64_t seed =
       MixSeed(options_.seed, static_cast<uint64_t>(second.frame.index), kGeometryStep);
-  EGOSIEVE_ASSIGN_OR_RETURN(const MotionModel model, FitFundamental(pairs, seed));
+  const MotionModel model = FitFundamental(pairs, seed);
   result.times.geometry_milliseconds = watch.LapMilliseconds();
   RecordMotion(model, result);
   if (model.trusted) LabelByDistance(first, pairs, model, result);
