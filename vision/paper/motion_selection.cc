@@ -13,7 +13,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kFundamentalThreshold = 0.5;  // RANSAC's T, pixels
+constexpr double kFundamentalThreshold = 0.25;  // RANSAC's T, pixels
 constexpr double kHomographyThreshold = 1.0;
 constexpr double kLeastSigma = 1.0;     // pixels
 constexpr double kStillPixels = 0.25;   // (GR2)
