@@ -49,12 +49,12 @@ double OperationsPerEvaluation(const PosteriorModel& model, const std::vector<fl
   int64_t with_differences = 0;
   double smallest = 1.0;
   for (int64_t i = 0; i < model.inputs.rows; i += 17) {
-    PreparePoint(model.covariance, model.inputs.row(i), b.data(), 1);
+    PointPreparation(model.covariance).Prepare(model.inputs.row(i), b.data(), 1);
     smallest = std::min<double>(smallest, b[width - 1]);
     for (size_t first = 0; first + 16 * 6 <= queries.size(); first += 16 * 6 * 101) {
       bool any = false;
       for (int lane = 0; lane < 16; ++lane) {
-        PreparePoint(model.covariance, &queries[first + lane * 6], a.data(), 1);
+        PointPreparation(model.covariance).Prepare(&queries[first + lane * 6], a.data(), 1);
         float dot = 0.0f;
         for (int64_t c = 0; c + 1 < width; ++c) dot += a[c] * b[c];
         any = any || 0.5 - 2.0 * std::abs(dot) < threshold;

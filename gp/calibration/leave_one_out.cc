@@ -6,6 +6,7 @@
 #include <random>
 
 #include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
 namespace {
@@ -67,10 +68,7 @@ absl::StatusOr<LeaveOneOut> ComputeLeaveOneOut(const IncrementalCholesky& factor
     std::iota(result.rows.begin(), result.rows.end(), int64_t{0});
   }
   std::vector<double> diagonal(result.rows.size());
-  if (absl::Status status = factor.InverseDiagonal(result.rows, absl::MakeSpan(diagonal));
-      !status.ok()) {
-    return status;
-  }
+  EGOSIEVE_RETURN_IF_ERROR(factor.InverseDiagonal(result.rows, absl::MakeSpan(diagonal)));
   result.mean.resize(diagonal.size() * outputs);
   result.target_variance.resize(diagonal.size());
   for (size_t i = 0; i < diagonal.size(); ++i) {

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "absl/strings/str_format.h"
+#include "kernels/base/argument_checks.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
 namespace {
@@ -114,31 +116,15 @@ double SquashParameters::Probability(double mean, double variance) const {
 }
 
 absl::Status SquashFitOptions::Validate() const {
-  if (!(minimum_a > 0.0 && maximum_a >= minimum_a && std::isfinite(maximum_a))) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "minimum_a = %g, maximum_a = %g; they must be positive, finite and in order", minimum_a,
-        maximum_a));
-  }
-  if (!(maximum_absolute_b >= 0.0 && std::isfinite(maximum_absolute_b))) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "maximum_absolute_b = %g; it must be finite and not negative", maximum_absolute_b));
-  }
-  if (!(maximum_iterations >= 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("maximum_iterations = %d; it must not be negative", maximum_iterations));
-  }
-  if (!(log_a_prior_stddev > 0.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("log_a_prior_stddev = %g; it must be positive", log_a_prior_stddev));
-  }
-  return absl::OkStatus();
-}
-
-double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const double> means,
-                           absl::Span<const double> variances, absl::Span<const double> labels) {
-  return SquashProblem(means, variances, labels, SquashFitOptions(), 0.0)
-      .Evaluate(std::log(parameters.a), parameters.b)
-      .likelihood;
+  return kernels::CheckOptions({
+      {"minimum_a", minimum_a, minimum_a > 0.0 && minimum_a <= maximum_a,
+       "be positive and at most maximum_a"},
+      {"maximum_a", maximum_a, std::isfinite(maximum_a), "be finite"},
+      {"maximum_absolute_b", maximum_absolute_b, kernels::IsNotNegative(maximum_absolute_b),
+       "be finite and not negative"},
+      {"maximum_iterations", maximum_iterations, maximum_iterations >= 0, "not be negative"},
+      {"log_a_prior_stddev", log_a_prior_stddev, log_a_prior_stddev > 0.0, "be positive"},
+  });
 }
 
 absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
@@ -153,8 +139,8 @@ absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
     return absl::InvalidArgumentError(absl::StrFormat(
         "start: a = %g, b = %g; a must be positive and both finite", start.a, start.b));
   }
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckPoints(means, variances, labels); !status.ok()) return status;
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(means, variances, labels));
   const double t_low = std::log(options.minimum_a), t_high = std::log(options.maximum_a);
   const double b_high = options.maximum_absolute_b;
   double t = std::clamp(std::log(start.a), t_low, t_high);
@@ -163,7 +149,7 @@ absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
   const SquashProblem problem(means, variances, labels, options, class_share);
   Objective now = problem.Evaluate(t, b);
   double damping = 1e-3;  // Levenberg-Marquardt, relative to the curvature
-  for (; !means.empty() && fit.iterations < options.maximum_iterations; ++fit.iterations) {
+  for (int step = 0; !means.empty() && step < options.maximum_iterations; ++step) {
     // A coordinate whose gradient points out of its bound stays there.
     const bool hold_t =
         (t <= t_low && now.gradient[0] < 0.0) || (t >= t_high && now.gradient[0] > 0.0);
@@ -192,7 +178,6 @@ absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
   }
   fit.parameters = {std::exp(t), b};
   fit.log_likelihood = now.likelihood;
-  fit.at_bound = t <= t_low || t >= t_high || std::abs(b) >= b_high;
   return fit;
 }
 

@@ -18,8 +18,6 @@
 // the variance of f, both in the fit and in the prediction.
 #pragma once
 
-#include <cstdint>
-
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
@@ -56,13 +54,7 @@ struct SquashFitOptions {
 struct SquashFit {
   SquashParameters parameters;
   double log_likelihood = 0.0;  // (LS2), without the prior
-  int iterations = 0;
-  bool at_bound = false;  // a or b lies on its bound
 };
-
-// (LS2) at the given parameters.
-double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const double> means,
-                           absl::Span<const double> variances, absl::Span<const double> labels);
 
 // Maximises (LS2) from `start`. Without points: `start`, clamped to the bounds. InvalidArgument for
 // sizes that differ, a start with a <= 0 or not finite, labels outside [0, 1], negative or

@@ -5,6 +5,8 @@
 #include <random>
 
 #include "absl/strings/str_format.h"
+#include "kernels/base/argument_checks.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
 namespace {
@@ -23,12 +25,9 @@ void ForEachScale(CovarianceFunction function, int64_t input_dimension, const Vi
 }  // namespace
 
 absl::Status Hyperparameters::Validate() const {
-  if (absl::Status status = covariance.Validate(); !status.ok()) return status;
-  if (!(noise_stddev > 0.0) || std::isinf(noise_stddev)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("noise_stddev = %g; it must be finite and positive", noise_stddev));
-  }
-  return absl::OkStatus();
+  EGOSIEVE_RETURN_IF_ERROR(covariance.Validate());
+  return kernels::CheckOptions({{"noise_stddev", noise_stddev, kernels::IsPositive(noise_stddev),
+                                 "be finite and positive"}});
 }
 
 std::vector<double> ToLogarithms(const Hyperparameters& hyperparameters) {
@@ -56,15 +55,16 @@ absl::StatusOr<Hyperparameters> FromLogarithms(CovarianceFunction function,
   }
   hyperparameters.covariance.signal_stddev = std::exp(theta[scales]);
   hyperparameters.noise_stddev = std::exp(theta[scales + 1]);
-  if (absl::Status status = hyperparameters.Validate(); !status.ok()) return status;
+  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
   return hyperparameters;
 }
 
 absl::StatusOr<Hyperparameters> FromLogarithms(const Hyperparameters& like,
                                                absl::Span<const double> theta) {
-  absl::StatusOr<Hyperparameters> hyperparameters =
-      FromLogarithms(like.covariance.function, theta, like.covariance.dimension);
-  if (hyperparameters.ok()) hyperparameters->mean = like.mean;
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      Hyperparameters hyperparameters,
+      FromLogarithms(like.covariance.function, theta, like.covariance.dimension));
+  hyperparameters.mean = like.mean;
   return hyperparameters;
 }
 

@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/not_positive_definite.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -117,15 +118,10 @@ struct Solver {
 }  // namespace
 
 absl::Status ConjugateGradientOptions::Validate() const {
-  if (!(tolerance > 0.0 && tolerance < 1.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("tolerance = %g; it must be above 0 and below 1", tolerance));
-  }
-  if (!(iterations >= 1)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("iterations = %d; it must be positive", iterations));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"tolerance", tolerance, tolerance > 0.0 && tolerance < 1.0, "be above 0 and below 1"},
+      {"iterations", iterations, iterations >= 1, "be positive"},
+  });
 }
 
 absl::StatusOr<ConjugateGradientReport> SolveByConjugateGradients(

@@ -6,14 +6,15 @@
 #include <optional>
 #include <utility>
 
-#include "absl/status/statusor.h"
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/lower_tiles.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/linalg/row_removal.h"
 #include "gp/linalg/tile_operations.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
 namespace {
@@ -29,13 +30,6 @@ absl::Status RefusedPivot(int64_t row) {
       "row %d: pivot not above its floor, the matrix is not positive definite to working "
       "precision; drop the row (a duplicate?) or add noise to the diagonal",
       row));
-}
-
-absl::Status CheckShape(const char* what, int64_t rows, int64_t cols, int64_t want_rows,
-                        int64_t want_cols) {
-  if (rows == want_rows && cols == want_cols) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrFormat("%s is %d x %d; it must be %d x %d", what, rows, cols, want_rows, want_cols));
 }
 
 absl::StatusOr<AlignedMatrix> ZeroMatrix(int64_t size) {
@@ -65,14 +59,14 @@ void SubtractGram(ConstMatrixView<double> x, MatrixView<double> s) {
 
 }  // namespace
 
-absl::StatusOr<IncrementalCholesky> IncrementalCholesky::Clone() const {
-  IncrementalCholesky copy(options_);
-  if (absl::Status status = copy.Reserve(size_); !status.ok()) return status;
-  for (int64_t i = 0; i < size_; ++i) {
-    std::copy(factor_->row(i), factor_->row(i) + i + 1, copy.factor_->row(i));
+absl::Status CheckRows(absl::Span<const int64_t> rows, int64_t size) {
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (!(rows[i] >= 0 && rows[i] < size) || (i > 0 && rows[i] <= rows[i - 1])) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "rows[%d] = %d; rows must be strictly increasing and in [0, %d)", i, rows[i], size));
+    }
   }
-  copy.size_ = size_;
-  return copy;
+  return absl::OkStatus();
 }
 
 ConstMatrixView<double> IncrementalCholesky::Factor() const { return factor_->block(size_, size_); }
@@ -102,42 +96,28 @@ absl::Status IncrementalCholesky::Reserve(int64_t rows) {
 }
 
 absl::Status IncrementalCholesky::Reallocate(int64_t rows) {
-  absl::StatusOr<AlignedMatrix> memory = ZeroMatrix(rows);
-  if (!memory.ok()) return memory.status();
+  EGOSIEVE_ASSIGN_OR_RETURN(AlignedMatrix memory, ZeroMatrix(rows));
   for (int64_t i = 0; i < size_; ++i) {
-    std::copy(factor_->row(i), factor_->row(i) + i + 1, memory->row(i));
+    std::copy(factor_->row(i), factor_->row(i) + i + 1, memory.row(i));
   }
-  Take(*std::move(memory));
+  Take(std::move(memory));
   return absl::OkStatus();
-}
-
-absl::Status IncrementalCholesky::Factorize(ConstMatrixView<double> k) {
-  if (absl::Status status = CheckShape("k", k.rows, k.cols, k.rows, k.rows); !status.ok()) {
-    return status;
-  }
-  return Factorize(k.rows, [&](MatrixView<double> out) {
-    for (int64_t i = 0; i < k.rows; ++i) std::copy(k.row(i), k.row(i) + i + 1, out.row(i));
-    return absl::OkStatus();
-  });
 }
 
 absl::Status IncrementalCholesky::Factorize(
     int64_t n, absl::FunctionRef<absl::Status(MatrixView<double>)> fill) {
   return Adopt(n, [&](MatrixView<double> a) -> absl::StatusOr<int64_t> {
-    if (absl::Status status = fill(a); !status.ok()) return status;
-    return FactorizeInParallel(a, PivotFloors(a, n, options_.pivot_floor));
+    EGOSIEVE_RETURN_IF_ERROR(fill(a));
+    return FactorizeInParallel(a, PivotFloors(a, n, 1.0));
   });
 }
 
 absl::Status IncrementalCholesky::Adopt(
     int64_t n, absl::FunctionRef<absl::StatusOr<int64_t>(MatrixView<double>)> factorize) {
-  absl::StatusOr<AlignedMatrix> memory =
-      ZeroMatrix(std::max({n, factor_->rows(), options_.least_capacity}));
-  if (!memory.ok()) return memory.status();
-  AlignedMatrix fresh = *std::move(memory);
-  const absl::StatusOr<int64_t> bad = factorize(fresh.block(n, n));
-  if (!bad.ok()) return bad.status();
-  if (*bad >= 0) return RefusedPivot(*bad);
+  EGOSIEVE_ASSIGN_OR_RETURN(AlignedMatrix fresh,
+                            ZeroMatrix(std::max({n, factor_->rows(), least_capacity_})));
+  EGOSIEVE_ASSIGN_OR_RETURN(const int64_t bad, factorize(fresh.block(n, n)));
+  if (bad >= 0) return RefusedPivot(bad);
   Take(std::move(fresh));
   size_ = n;
   return absl::OkStatus();
@@ -147,18 +127,13 @@ absl::Status IncrementalCholesky::Append(ConstMatrixView<double> below,
                                          ConstMatrixView<double> corner) {
   const int64_t n = size_;
   const int64_t k = corner.rows;
-  if (absl::Status status = CheckShape("below", below.rows, below.cols, k, n); !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = CheckShape("corner", corner.rows, corner.cols, k, k); !status.ok()) {
-    return status;
-  }
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CheckShape("below", below, k, n));
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CheckShape("corner", corner, k, k));
   if (n + k > factor_->rows()) {
-    const int64_t capacity =
-        std::max({n + k, factor_->rows() + factor_->rows() / 4, kMinimumCapacity});
-    if (absl::Status status = Reserve(capacity); !status.ok()) return status;
+    EGOSIEVE_RETURN_IF_ERROR(
+        Reserve(std::max({n + k, factor_->rows() + factor_->rows() / 4, kMinimumCapacity})));
   }
-  if (absl::Status status = LeaveToHolders(n); !status.ok()) return status;
+  EGOSIEVE_RETURN_IF_ERROR(LeaveToHolders(n));
   const MatrixView<double> whole = factor_->block(n + k, n + k);
   const MatrixView<double> x = tile::Block(whole, n, 0, k, n);
   const MatrixView<double> s = tile::Block(whole, n, n, k, k);
@@ -166,7 +141,7 @@ absl::Status IncrementalCholesky::Append(ConstMatrixView<double> below,
     std::copy(below.row(i), below.row(i) + n, x.row(i));
     std::copy(corner.row(i), corner.row(i) + i + 1, s.row(i));
   }
-  const std::vector<double> floors = PivotFloors(s, n + k, options_.pivot_floor);
+  const std::vector<double> floors = PivotFloors(s, n + k, 1.0);
   AppendRows(Factor(), x);
   SubtractGram(x, s);
   const int64_t bad = FactorizeInParallel(s, floors);
@@ -176,26 +151,10 @@ absl::Status IncrementalCholesky::Append(ConstMatrixView<double> below,
 }
 
 absl::Status IncrementalCholesky::Remove(absl::Span<const int64_t> rows) {
-  for (size_t i = 0; i < rows.size(); ++i) {
-    if (!(rows[i] >= 0 && rows[i] < size_) || (i > 0 && rows[i] <= rows[i - 1])) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "rows[%d] = %d; rows must be strictly increasing and in [0, %d)", i, rows[i], size_));
-    }
-  }
-  if (absl::Status status = LeaveToHolders(rows.empty() ? size_ : rows[0]); !status.ok()) {
-    return status;
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckRows(rows, size_));
+  EGOSIEVE_RETURN_IF_ERROR(LeaveToHolders(rows.empty() ? size_ : rows[0]));
   RemoveRows(factor_->block(size_, size_), rows);
   size_ -= static_cast<int64_t>(rows.size());
-  return absl::OkStatus();
-}
-
-absl::Status IncrementalCholesky::Solve(MatrixView<double> b) const {
-  if (absl::Status status = CheckShape("b", b.rows, b.cols, size_, b.cols); !status.ok()) {
-    return status;
-  }
-  SolveLower(Factor(), b);
-  SolveLowerTransposed(Factor(), b);
   return absl::OkStatus();
 }
 
@@ -211,12 +170,7 @@ absl::Status IncrementalCholesky::InverseDiagonal(absl::Span<const int64_t> rows
     return absl::InvalidArgumentError(
         absl::StrFormat("%d rows but space for %d results", rows.size(), out.size()));
   }
-  for (size_t i = 0; i < rows.size(); ++i) {
-    if (!(rows[i] >= 0 && rows[i] < size_) || (i > 0 && rows[i] <= rows[i - 1])) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "rows[%d] = %d; rows must be strictly increasing and in [0, %d)", i, rows[i], size_));
-    }
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckRows(rows, size_));
   InverseColumnNorms(Factor(), rows, out);
   return absl::OkStatus();
 }

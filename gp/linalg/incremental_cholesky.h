@@ -8,7 +8,6 @@
 //   Append, k rows                  k n^2 + k^2 n + k^3/3            (A1)-(A2)
 //   Remove, k rows, first row i     2 k (n - i)^2                    (IC1)-(IC3)
 //   Factorize                       n^3 / 3
-//   Solve, c columns                2 c n^2
 //
 //   (A1) X = K21 L^-T,  S = K22 - X X^T
 //   (A2) S = M M^T                              the new rows of the factor are [X, M]
@@ -28,7 +27,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
@@ -39,23 +37,16 @@
 
 namespace egosieve::gp {
 
-struct IncrementalCholeskyOptions {
-  // A pivot (square of L(i,i)) must exceed this multiple of max(n, 1) eps K(i,i), the size of the
-  // rounding error there. A smaller pivot means that the matrix is singular to working precision.
-  double pivot_floor = 1.0;
-  // Rows to allocate memory for at the start.
-  int64_t least_capacity = 0;
-};
+// InvalidArgument unless rows are strictly increasing and in [0, size).
+absl::Status CheckRows(absl::Span<const int64_t> rows, int64_t size);
 
 class IncrementalCholesky {
  public:
-  explicit IncrementalCholesky(const IncrementalCholeskyOptions& options = {})
-      : options_(options) {}
+  // least_capacity: rows to allocate memory for at the start.
+  explicit IncrementalCholesky(int64_t least_capacity = 0) : least_capacity_(least_capacity) {}
 
   IncrementalCholesky(IncrementalCholesky&&) = default;
   IncrementalCholesky& operator=(IncrementalCholesky&&) = default;
-  // A copy of size n^2; explicit, so that it is not made by accident.
-  absl::StatusOr<IncrementalCholesky> Clone() const;
 
   int64_t size() const { return size_; }
   int64_t capacity() const { return factor_->rows(); }
@@ -75,11 +66,10 @@ class IncrementalCholesky {
   // is not available; the same holds for the functions that grow the factor.
   absl::Status Reserve(int64_t rows);
 
-  // Replaces the factor by that of `k` (n x n, lower triangle read). FailedPrecondition, with the
-  // row, if a pivot is under the floor or NaN; the factor is then unchanged.
-  absl::Status Factorize(kernels::ConstMatrixView<double> k);
-  // The same for a matrix whose lower triangle `fill` writes directly into the factor's memory. An
-  // error of `fill` is returned as it is.
+  // Replaces the factor by that of the n x n matrix whose lower triangle `fill` writes into the
+  // factor's memory. FailedPrecondition, with the row, if a pivot (square of L(i,i)) is NaN or not
+  // above max(n, 1) eps K(i,i), the size of the rounding error there: the matrix is singular to
+  // working precision. The factor is then unchanged. An error of `fill` is returned as it is.
   absl::Status Factorize(int64_t n,
                          absl::FunctionRef<absl::Status(kernels::MatrixView<double>)> fill);
 
@@ -101,9 +91,6 @@ class IncrementalCholesky {
   // Drops the rows from `size` on, as if they had not been appended; size in [0, n].
   void Truncate(int64_t size) { size_ = size; }
 
-  // B := K^-1 B, B: n x c. InvalidArgument for other shapes.
-  absl::Status Solve(kernels::MatrixView<double> b) const;
-
   // log |K| = 2 sum_i log L(i,i).
   double LogDeterminant() const;
 
@@ -122,7 +109,7 @@ class IncrementalCholesky {
   absl::Status Reallocate(int64_t rows);
   void Take(AlignedMatrix factor);
 
-  IncrementalCholeskyOptions options_;
+  int64_t least_capacity_;
   int64_t size_ = 0;
   // capacity x capacity; its strict upper triangle is zero.
   std::shared_ptr<AlignedMatrix> factor_ = std::make_shared<AlignedMatrix>();

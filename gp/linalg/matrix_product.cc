@@ -1,7 +1,5 @@
 #include "gp/linalg/matrix_product.h"
 
-#include <algorithm>
-
 #include "gp/linalg/aligned_matrix.h"
 
 namespace egosieve::gp {

@@ -1,7 +1,6 @@
 #include "gp/linalg/normal_samples.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <vector>

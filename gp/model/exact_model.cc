@@ -58,11 +58,6 @@ absl::Status Factorize(kernels::Context& context, const Hyperparameters& hyperpa
 
 }  // namespace
 
-absl::Status ExactModelState::Validate() const {
-  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
-  return points.Validate(hyperparameters.covariance.input_dimension());
-}
-
 absl::StatusOr<ExactModel> ExactModel::Restore(std::shared_ptr<kernels::Context> context,
                                                const ExactModelState& state) {
   EGOSIEVE_RETURN_IF_ERROR(state.Validate());
@@ -73,28 +68,12 @@ absl::StatusOr<ExactModel> ExactModel::Restore(std::shared_ptr<kernels::Context>
   return model;
 }
 
-ExactModelState ExactModel::State() const { return {hyperparameters_, points_}; }
-
 absl::StatusOr<ExactModel> ExactModel::Create(std::shared_ptr<kernels::Context> context,
                                               const Hyperparameters& hyperparameters) {
   EGOSIEVE_RETURN_IF_ERROR(CheckSetUp(context.get(), hyperparameters));
-  ExactModel model;
-  model.context_ = std::move(context);
-  model.hyperparameters_ = hyperparameters;
+  ExactModel model(std::move(context), hyperparameters);
   model.weights_ = WeightsOf(model.factor_, hyperparameters, model.points_);
   return model;
-}
-
-absl::Status ExactModel::Add(ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                             int64_t time) {
-  const std::vector<double> wide = Widen(inputs);
-  return Add(ConstMatrixView<double>(wide.data(), inputs.rows, inputs.cols), labels, time);
-}
-
-absl::Status ExactModel::Add(ConstMatrixView<double> inputs, absl::Span<const double> labels,
-                             int64_t time) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, TargetsOfLabels(labels));  // (EM1)
-  return AddTargets(inputs, targets, time);
 }
 
 absl::Status ExactModel::AddObservations(const Observations& added, int64_t time) {
@@ -139,9 +118,7 @@ absl::StatusOr<ExactModel::Solution> ExactModel::Solve(const Hyperparameters& hy
   const Observations observations =
       points.observations(hyperparameters.covariance.input_dimension());
   const double unit = LargestPriorVariance(hyperparameters.covariance, observations.inputs);
-  IncrementalCholeskyOptions options;
-  options.least_capacity = factor_.capacity();
-  Solution solution{IncrementalCholesky(options), jitter, {}};
+  Solution solution{IncrementalCholesky(factor_.capacity()), jitter, {}};
   absl::Status status;
   while (true) {
     if (refused) {
@@ -212,12 +189,9 @@ absl::Status ExactModel::Refactorize() {
 }
 
 absl::StatusOr<std::vector<float>> ExactModel::PredictMean(ConstMatrixView<float> points) const {
-  kernels::PosteriorModel model;
-  model.covariance = hyperparameters_.covariance;
-  model.inputs = inputs();
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const auto posterior,
-      Posterior::Create({context_}, model, hyperparameters_, SquashParameters{}, weights_));
+  const SharedFactor none{kernels::FactorKind::kNone, {nullptr, size(), size()}, nullptr};
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto posterior, Posterior::Create({context_}, hyperparameters_,
+                                                                    inputs(), weights_, none, {}));
   std::vector<float> mean(points.rows * outputs());
   kernels::PosteriorOutputs wanted;
   wanted.mean = mean.data();
@@ -235,21 +209,6 @@ std::vector<double> ExactModel::PredictOwnMean() const {
     for (int64_t c = 0; c < k; ++c) mean[i * k + c] -= diagonal * weights_.alpha[i * k + c];
   }
   return mean;
-}
-
-absl::StatusOr<Prediction> ExactModel::Predict(ConstMatrixView<double> points,
-                                               PredictWhat what) const {
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, input_dimension()));
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const Float64Posterior> posterior,
-                            MakeFloat64Posterior());
-  Prediction prediction;
-  prediction.mean.resize(points.rows * outputs());
-  if (what == PredictWhat::kMeanAndVariance) prediction.variance.resize(points.rows);
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      prediction.clamped_variances,
-      posterior->Evaluate(points, prediction.mean.data(),
-                          what == PredictWhat::kMean ? nullptr : prediction.variance.data()));
-  return prediction;
 }
 
 double ExactModel::LogMarginalLikelihood() const {
@@ -278,12 +237,10 @@ absl::StatusOr<LeaveOneOut> ExactModel::PredictLeaveOneOut(absl::Span<const int6
   return left_out;
 }
 
-absl::StatusOr<std::shared_ptr<const Float64Posterior>> ExactModel::MakeFloat64Posterior() const {
-  EGOSIEVE_RETURN_IF_ERROR(weights_.CheckDetermined());
+absl::StatusOr<RegressionModel::PosteriorParts> ExactModel::Parts() const {
   const IncrementalCholesky::Kept kept = factor_.Keep();
-  return std::make_shared<const Float64Posterior>(
-      context_, hyperparameters_, inputs(), weights_,
-      SharedFactor{kernels::FactorKind::kCholesky, kept.factor, kept.memory});
+  return PosteriorParts{
+      inputs(), &weights_, {kernels::FactorKind::kCholesky, kept.factor, kept.memory}};
 }
 
 absl::StatusOr<std::shared_ptr<const SamplePaths>> ExactModel::DrawPaths(
@@ -321,18 +278,6 @@ absl::StatusOr<std::shared_ptr<const SamplePaths>> ExactModel::DrawPaths(
   }
   return std::make_shared<const SamplePaths>(context_, hyperparameters_, inputs(), std::move(prior),
                                              update, options.of_observation);
-}
-
-absl::StatusOr<std::shared_ptr<const Posterior>> ExactModel::MakePosterior(
-    const SquashParameters& squash, const kernels::DensePosteriorOptions& options,
-    const kernels::Contexts& devices) const {
-  kernels::PosteriorModel model;
-  model.covariance = hyperparameters_.covariance;
-  model.inputs = inputs();
-  model.factor_kind = kernels::FactorKind::kCholesky;
-  model.factor = factor_.Factor();
-  return Posterior::Create(devices.empty() ? kernels::Contexts{context_} : devices, model,
-                           hyperparameters_, squash, weights_, options);
 }
 
 }  // namespace egosieve::gp

@@ -1,7 +1,6 @@
 // Exact Gaussian process regression, learnt online: points are added and removed in batches, and
 // the Cholesky factor is updated.
 //
-//   y_i = 2 p_i - 1 for a label p_i in [0, 1]; else any targets, of k outputs               (EM1)
 //   K_y = K + diag(sigma_n^2 + v_i + jitter) = L L^T,  v_i the point's own noise variance   (EM2)
 //   alpha = K_y^-1 (Y - H B);  H, B: mean function and its coefficients, with their uncertainty, as
 //   in gp/model/regression_weights.h; zero by default
@@ -9,10 +8,6 @@
 //
 // The outputs share covariance, noise and therefore the factor: variances and covariances are the
 // same for all. Without points the model is the prior.
-//
-// Points keep the order in which they were added; removal closes the gaps. Every point has an
-// identity, which is unique and increasing over the model's lifetime, and the time at which it was
-// added, in the caller's unit.
 //
 // Numerically equal inputs make K + sigma_n^2 I singular to working precision only if sigma_n is
 // tiny. If a pivot is refused, the jitter increases by gp/linalg/jitter_sequence.h, whose unit is
@@ -45,13 +40,10 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "gp/calibration/leave_one_out.h"
-#include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
-#include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/incremental_cholesky.h"
-#include "gp/model/float64_posterior.h"
 #include "gp/model/point_set.h"
-#include "gp/model/posterior.h"
+#include "gp/model/regression_model.h"
 #include "gp/model/regression_weights.h"
 #include "gp/model/sample_paths.h"
 #include "kernels/base/matrix_view.h"
@@ -59,21 +51,7 @@
 
 namespace egosieve::gp {
 
-struct Prediction {
-  std::vector<double> mean;       // M x k
-  std::vector<double> variance;   // of f, M; empty if not requested
-  int64_t clamped_variances = 0;  // negative from rounding, set to 0
-};
-
-// A model as a value: everything except the factor, which follows from it.
-struct ExactModelState {
-  Hyperparameters hyperparameters;
-  PointSet points;
-
-  absl::Status Validate() const;
-};
-
-class ExactModel {
+class ExactModel : public RegressionModel {
  public:
   // InvalidArgument for a null context or invalid hyperparameters.
   static absl::StatusOr<ExactModel> Create(std::shared_ptr<kernels::Context> context,
@@ -86,21 +64,9 @@ class ExactModel {
   ExactModel(ExactModel&&) = default;
   ExactModel& operator=(ExactModel&&) = default;
 
-  // inputs: N x D, finite; labels: N, in [0, 1]; otherwise InvalidArgument with row and value.
   // FailedPrecondition if the matrix is not positive definite with the largest jitter. Unchanged
-  // after an error. N = 0 is no change.
-  absl::Status Add(kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
-                   int64_t time);
-  absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                   int64_t time);
-  // The same for regression, with any finite targets y instead of labels.
-  absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
-                          int64_t time) {
-    return AddObservations({inputs, targets}, time);
-  }
-  // For several outputs, with noise by point. The number of outputs must be that of the model's
-  // points.
-  absl::Status AddObservations(const Observations& added, int64_t time);
+  // after an error.
+  absl::Status AddObservations(const Observations& added, int64_t time) override;
 
   // rows: indices in [0, size()), strictly increasing; otherwise InvalidArgument, unchanged.
   absl::Status Remove(absl::Span<const int64_t> rows);
@@ -118,22 +84,8 @@ class ExactModel {
   // wrote it.
   absl::Status Refactorize();
 
-  ExactModelState State() const;
-
-  int64_t size() const { return points_.size(); }
-  int64_t input_dimension() const { return hyperparameters_.covariance.input_dimension(); }
-  const Hyperparameters& hyperparameters() const { return hyperparameters_; }
-  const std::shared_ptr<kernels::Context>& context() const { return context_; }
   // added to sigma_n^2 on the diagonal; 0 unless a pivot was refused.
   double jitter() const { return jitter_; }
-
-  // Views are valid until the next change.
-  kernels::ConstMatrixView<double> inputs() const { return points_.view(input_dimension()); }
-  absl::Span<const double> targets() const { return points_.targets; }  // n x k; for labels 2 p - 1
-  int64_t outputs() const { return points_.outputs; }                   // k
-  Observations observations() const { return points_.observations(input_dimension()); }
-  absl::Span<const int64_t> identities() const { return points_.identities; }  // increasing
-  absl::Span<const int64_t> insertion_times() const { return points_.insertion_times; }
   const IncrementalCholesky& factor() const { return factor_; }
   const RegressionWeights& weights() const { return weights_; }
   absl::Span<const double> alpha() const { return weights_.alpha; }  // n x k
@@ -144,9 +96,6 @@ class ExactModel {
   // The mean at the model's own points, n x k, in float64 and without covariances: y - (sigma_n^2 +
   // v + jitter) alpha; y itself if the mean's coefficients are not determined.
   std::vector<double> PredictOwnMean() const;
-  // (EM3) at N x D points, in float64.
-  absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
-                                     PredictWhat what) const;
 
   // (W5) of gp/model/regression_weights.h, summed over outputs; 0 for an empty model, NaN if the
   // mean's coefficients are not determined.
@@ -155,20 +104,13 @@ class ExactModel {
   // Leave-one-out predictions of the rows (empty: all).
   absl::StatusOr<LeaveOneOut> PredictLeaveOneOut(absl::Span<const int64_t> rows = {}) const;
 
-  // An immutable posterior of the present model. The model is unchanged; the cost is an upload, and
-  // for several outputs or mean functions also a copy of the inputs. devices: what it lies on, in
-  // place of the model's own context; empty: that one.
-  absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
-      const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {},
-      const kernels::Contexts& devices = {}) const;
-  // The same in float64, on the model's own context, which also predicts jointly. It shares the
-  // factor until a change of its rows.
-  absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
   // Samples as functions, (PS4) of gp/model/sample_paths.h; of the prior for a model without points.
   absl::StatusOr<std::shared_ptr<const SamplePaths>> DrawPaths(const PathOptions& options) const;
 
  private:
-  ExactModel() = default;
+  using RegressionModel::RegressionModel;
+
+  absl::StatusOr<PosteriorParts> Parts() const override;
 
   // Results that follow from points and hyperparameters.
   struct Solution {
@@ -185,11 +127,8 @@ class ExactModel {
   // Takes both; cannot fail.
   void Commit(Solution solution, PointSet points);
 
-  std::shared_ptr<kernels::Context> context_;
-  Hyperparameters hyperparameters_;
   IncrementalCholesky factor_;
   double jitter_ = 0.0;
-  PointSet points_;
   RegressionWeights weights_;
 };
 

@@ -164,14 +164,23 @@ absl::StatusOr<int64_t> Float64Posterior::EvaluateOnDevice(ConstMatrixView<doubl
 
 absl::StatusOr<int64_t> Float64Posterior::EvaluateOnHost(ConstMatrixView<double> queries,
                                                          double* means, double* variances) const {
+  EGOSIEVE_RETURN_IF_ERROR(SumOnHost(queries, means, variances, /*with_factor=*/true));
+  int64_t clamped = 0;
+  for (int64_t i = 0; variances != nullptr && i < queries.rows; ++i) {
+    clamped += variances[i] < 0.0;
+    variances[i] = std::max(0.0, variances[i]);
+  }
+  return clamped;
+}
+
+absl::Status Float64Posterior::SumOnHost(ConstMatrixView<double> queries, double* means,
+                                         double* variances, bool with_factor) const {
   const kernels::CovarianceParameters& covariance = hyperparameters_.covariance;
   const int64_t n = factor_.values.rows, k = weights_.outputs, q = weights_.basis;
   const bool solves = factor_.kind == kernels::FactorKind::kCholesky;
-  int64_t clamped = 0;
   const int64_t side =
       std::clamp(kFloat64TileValues / std::max<int64_t>(n, 1), kGroup, kFloat64QueryTile);
   AlignedMatrix cross(std::min(side, queries.rows), n);
-  std::vector<double> lefts(cross.rows());
   for (int64_t begin = 0; begin < queries.rows; begin += side) {
     const ConstMatrixView<double> tile =
         queries.rows_between(begin, std::min(begin + side, queries.rows));
@@ -190,22 +199,21 @@ absl::StatusOr<int64_t> Float64Posterior::EvaluateOnHost(ConstMatrixView<double>
           std::copy_n(sums.begin(), k, means + (begin + first + i) * k);
         }
         if (variances == nullptr) continue;
-        lefts[first + i] = PriorVariance(covariance, x);
+        double& variance = variances[begin + first + i];
+        variance = with_factor ? PriorVariance(covariance, x) : 0.0;
         if (q == 0) continue;
         WeightedSums(rows.row(i), weights_.basis_weights, n, q, sums.data());
-        lefts[first + i] += weights_.ReducedBasis(tile.cols, x, sums.data(), sums.data() + q);
+        variance += weights_.ReducedBasis(tile.cols, x, sums.data(), sums.data() + q);
       }
-      if (variances == nullptr) return;
+      if (variances == nullptr || !with_factor) return;
       AlignedMatrix room(solves ? 0 : count, n);
       ApplyFactor(factor_, rows, room.view());
-      for (int64_t i = 0; i < count; ++i) lefts[first + i] -= Square(rows.row(i), n);
+      for (int64_t i = 0; i < count; ++i) {
+        variances[begin + first + i] -= Square(rows.row(i), n);
+      }
     });
-    for (int64_t i = 0; variances != nullptr && i < tile.rows; ++i) {
-      clamped += lefts[i] < 0.0;
-      variances[begin + i] = std::max(0.0, lefts[i]);
-    }
   }
-  return clamped;
+  return absl::OkStatus();
 }
 
 absl::StatusOr<JointPrediction> Float64Posterior::PredictJoint(

@@ -28,18 +28,10 @@
 #include "gp/linalg/normal_samples.h"
 #include "gp/model/regression_weights.h"
 #include "kernels/base/matrix_view.h"
-#include "kernels/base/posterior_model.h"
 #include "kernels/ops/float64_sums.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
-
-// L or R, n x n, and what keeps it in memory.
-struct SharedFactor {
-  kernels::FactorKind kind = kernels::FactorKind::kCholesky;
-  kernels::ConstMatrixView<double> values;
-  std::shared_ptr<const void> memory;
-};
 
 // FailedPrecondition of a model without a factor (FactorKind::kNone), which has means alone.
 absl::Status NeedsFactor();
@@ -76,6 +68,13 @@ class Float64Posterior {
   absl::StatusOr<int64_t> Evaluate(kernels::ConstMatrixView<double> queries, double* means,
                                    double* variances) const;
 
+  // Also without a factor, on the host: means, and what the uncertain coefficients of the mean add to
+  // variances, |M^-1 r|^2 of (W4), M values; null: not wanted.
+  absl::Status EvaluateWeights(kernels::ConstMatrixView<double> queries, double* means,
+                               double* added_variances) const {
+    return SumOnHost(queries, means, added_variances, /*with_factor=*/false);
+  }
+
   // Each at M x D points, else InvalidArgument.
   // Mean and (FP1). Cost: M n^2 + M^2 n flops; memory: M n + M^2 values.
   absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
@@ -91,6 +90,7 @@ class Float64Posterior {
   kernels::ConstMatrixView<double> inputs() const {
     return {inputs_.data(), factor_.values.rows, hyperparameters_.covariance.input_dimension()};
   }
+  const RegressionWeights& weights() const { return weights_; }
   int64_t outputs() const { return weights_.outputs; }
 
  private:
@@ -99,6 +99,9 @@ class Float64Posterior {
                                            double* variances) const;
   absl::StatusOr<int64_t> EvaluateOnHost(kernels::ConstMatrixView<double> queries, double* means,
                                          double* variances) const;
+  // Means, and variances before they are clamped, or without a factor what is added to them.
+  absl::Status SumOnHost(kernels::ConstMatrixView<double> queries, double* means, double* variances,
+                         bool with_factor) const;
   // What is in the device's memory, from the first prediction there.
   absl::StatusOr<std::shared_ptr<const kernels::Float64Sums>> OnDevice(bool with_variance) const;
   // (FP3), points.rows x D.

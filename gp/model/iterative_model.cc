@@ -11,6 +11,7 @@
 #include "gp/model/inducing_points.h"
 #include "gp/model/model_checks.h"
 #include "gp/model/sparse_solution.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 
@@ -88,9 +89,7 @@ class LowRankInverse {
 }  // namespace
 
 absl::Status IterativeModelOptions::Validate() const {
-  if (!(rank >= 1)) {
-    return absl::InvalidArgumentError(absl::StrFormat("rank = %d; it must be positive", rank));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CheckOptions({{"rank", rank, rank >= 1, "be positive"}}));
   return gradients.Validate();
 }
 
@@ -100,9 +99,7 @@ absl::StatusOr<IterativeModel> IterativeModel::Create(std::shared_ptr<kernels::C
   EGOSIEVE_RETURN_IF_ERROR(CheckSetUp(context.get(), hyperparameters));
   EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean("iterative", hyperparameters));
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  IterativeModel model;
-  model.context_ = std::move(context);
-  model.hyperparameters_ = hyperparameters;
+  IterativeModel model(std::move(context), hyperparameters);
   model.options_ = options;
   return model;
 }
@@ -186,23 +183,11 @@ std::optional<ConjugateGradientReport> IterativeModel::report() const {
   return solution_->report;
 }
 
-absl::StatusOr<std::shared_ptr<const Posterior>> IterativeModel::MakePosterior(
-    const SquashParameters& squash, const kernels::DensePosteriorOptions& options,
-    const kernels::Contexts& devices) const {
+absl::StatusOr<RegressionModel::PosteriorParts> IterativeModel::Parts() const {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const Solution> solution, Solve());
-  kernels::PosteriorModel model;
-  model.covariance = hyperparameters_.covariance;
-  model.inputs = points_.view(input_dimension());
-  return Posterior::Create(devices.empty() ? kernels::Contexts{context_} : devices, model,
-                           hyperparameters_, squash, solution->weights, options);
-}
-
-absl::StatusOr<std::shared_ptr<const Float64Posterior>> IterativeModel::MakeFloat64Posterior()
-    const {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const Solution> solution, Solve());
-  return std::make_shared<const Float64Posterior>(
-      context_, hyperparameters_, points_.view(input_dimension()), solution->weights,
-      SharedFactor{kernels::FactorKind::kNone, {nullptr, size(), size()}, nullptr});
+  return PosteriorParts{inputs(),
+                        &solution->weights,
+                        {kernels::FactorKind::kNone, {nullptr, size(), size()}, solution}};
 }
 
 }  // namespace egosieve::gp

@@ -40,13 +40,10 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "gp/calibration/leave_one_out.h"
-#include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/conjugate_gradients.h"
-#include "gp/model/exact_model.h"
-#include "gp/model/float64_posterior.h"
 #include "gp/model/point_set.h"
-#include "gp/model/posterior.h"
+#include "gp/model/regression_model.h"
 #include "gp/model/regression_weights.h"
 #include "gp/model/sample_paths.h"
 #include "kernels/base/matrix_view.h"
@@ -61,7 +58,7 @@ struct IterativeModelOptions {
   absl::Status Validate() const;
 };
 
-class IterativeModel {
+class IterativeModel : public RegressionModel {
  public:
   // InvalidArgument for a null context, invalid hyperparameters or options; Unimplemented for a
   // mean function.
@@ -77,19 +74,11 @@ class IterativeModel {
                                                 std::vector<double> alpha = {});
 
   // As ExactModel's, including errors, but that K_y is not looked at.
-  absl::Status AddObservations(const Observations& added, int64_t time);
+  absl::Status AddObservations(const Observations& added, int64_t time) override;
   absl::Status Remove(absl::Span<const int64_t> rows);
   absl::Status SetHyperparameters(const Hyperparameters& hyperparameters);
 
-  ExactModelState State() const { return {hyperparameters_, points_}; }
-  int64_t size() const { return points_.size(); }
-  int64_t input_dimension() const { return hyperparameters_.covariance.input_dimension(); }
-  const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   const IterativeModelOptions& options() const { return options_; }
-  const std::shared_ptr<kernels::Context>& context() const { return context_; }
-  absl::Span<const double> targets() const { return points_.targets; }  // n x k
-  int64_t outputs() const { return points_.outputs; }                   // k
-  Observations observations() const { return points_.observations(input_dimension()); }
 
   struct Solution {
     RegressionWeights weights;
@@ -101,12 +90,6 @@ class IterativeModel {
   // How the weights were found, if they are there.
   std::optional<ConjugateGradientReport> report() const;
 
-  // Posteriors with means alone; errors as those of Solve. devices: as for ExactModel.
-  absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
-      const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {},
-      const kernels::Contexts& devices = {}) const;
-  absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
-
   // For callers that hold a std::variant of models: NeedsFactor.
   absl::StatusOr<LeaveOneOut> PredictLeaveOneOut() const { return NeedsFactor(); }
   absl::StatusOr<std::shared_ptr<const SamplePaths>> DrawPaths(const PathOptions&) const {
@@ -114,7 +97,10 @@ class IterativeModel {
   }
 
  private:
-  IterativeModel() = default;
+  using RegressionModel::RegressionModel;
+
+  // Means alone; errors as those of Solve.
+  absl::StatusOr<PosteriorParts> Parts() const override;
 
   // The weights, after a change.
   void Forget() {
@@ -122,10 +108,7 @@ class IterativeModel {
     start_.clear();
   }
 
-  std::shared_ptr<kernels::Context> context_;
-  Hyperparameters hyperparameters_;
   IterativeModelOptions options_;
-  PointSet points_;
   std::vector<double> start_;                         // of Restore
   mutable std::shared_ptr<const Solution> solution_;  // null before the first request
 };

@@ -104,16 +104,6 @@ absl::Status CheckPoints(ConstMatrixView<double> inputs, int64_t dimension) {
   return kernels::CheckFinite("inputs", inputs);
 }
 
-absl::Status CheckRows(absl::Span<const int64_t> rows, int64_t size) {
-  for (size_t i = 0; i < rows.size(); ++i) {
-    if (!(rows[i] >= 0 && rows[i] < size) || (i > 0 && rows[i] <= rows[i - 1])) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "rows[%d] = %d; rows must be strictly increasing and in [0, %d)", i, rows[i], size));
-    }
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<std::vector<double>> TargetsOfLabels(absl::Span<const double> labels) {
   std::vector<double> targets;
   targets.reserve(labels.size());

@@ -62,7 +62,7 @@ struct PointSet {
 
   // Without points, k becomes that of the new points; otherwise it must be the same.
   void Append(const Observations& added, int64_t time);
-  // rows: as for CheckRows.
+  // rows: strictly increasing, in [0, size()).
   void Remove(absl::Span<const int64_t> rows);
 
   // InvalidArgument, with the field, unless sizes fit, numbers are finite, noise variances not
@@ -72,8 +72,6 @@ struct PointSet {
 
 // InvalidArgument, with row and value, unless the inputs are finite and of this dimension.
 absl::Status CheckPoints(kernels::ConstMatrixView<double> inputs, int64_t dimension);
-// InvalidArgument unless rows are strictly increasing and in [0, size).
-absl::Status CheckRows(absl::Span<const int64_t> rows, int64_t size);
 
 // y = 2 p - 1. InvalidArgument, with the value, unless every p is in [0, 1].
 absl::StatusOr<std::vector<double>> TargetsOfLabels(absl::Span<const double> labels);

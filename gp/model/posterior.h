@@ -2,7 +2,6 @@
 // number of threads while its model continues to learn.
 //
 //   mean, variance of f, probability as in kernels/ops/dense_posterior.h    (PO1)
-//   variance of y = variance of f + sigma_n^2                               (PO2)
 //
 // Mean functions and several outputs add (W3), (W4) of gp/model/regression_weights.h. The device
 // gives k*.alpha of one output and k** - |L^-1 k*|^2 in float32. The means of several outputs and
@@ -16,11 +15,11 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
+#include "gp/model/float64_posterior.h"
 #include "gp/model/regression_weights.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/ops/dense_posterior.h"
@@ -30,18 +29,13 @@ namespace egosieve::gp {
 
 class Posterior {
  public:
-  // The posterior of `model`, on one device or several; `model.squash_a` and `_b` are set from
-  // `squash`.
+  // On one device or several. inputs: n x D. FailedPrecondition if the weights do not determine the
+  // mean function.
   static absl::StatusOr<std::shared_ptr<const Posterior>> Create(
-      const kernels::Contexts& contexts, kernels::PosteriorModel model,
-      const Hyperparameters& hyperparameters, const SquashParameters& squash,
+      const kernels::Contexts& contexts, const Hyperparameters& hyperparameters,
+      kernels::ConstMatrixView<double> inputs, const RegressionWeights& weights,
+      const SharedFactor& factor, const SquashParameters& squash,
       const kernels::DensePosteriorOptions& options = {});
-  // The same with weights in place of `model.alpha`. FailedPrecondition if these do not determine
-  // the mean function.
-  static absl::StatusOr<std::shared_ptr<const Posterior>> Create(
-      const kernels::Contexts& contexts, kernels::PosteriorModel model,
-      const Hyperparameters& hyperparameters, const SquashParameters& squash,
-      const RegressionWeights& weights, const kernels::DensePosteriorOptions& options = {});
 
   // (PO1): queries M x D; outputs are the caller's arrays, null if not wanted: the mean of M x k
   // values, variance (of f) and probability of M. InvalidArgument for NaN or infinite queries, with
@@ -58,47 +52,24 @@ class Posterior {
                                    const kernels::DeviceOutputs& outputs,
                                    const kernels::DeviceCall& call) const;
 
-  // (PO2) from (PO1): the variance of an observation, in place.
-  void AddNoiseVariance(absl::Span<float> latent_variances) const;
-
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   const SquashParameters& squash() const { return squash_; }
-  int64_t outputs() const { return extension_ == nullptr ? 1 : extension_->weights.outputs; }  // k
+  int64_t outputs() const { return extension_ == nullptr ? 1 : extension_->outputs(); }  // k
   int64_t size() const { return size_; }  // number of points (or inducing points)
   std::string description() const { return dense_->description(); }
 
  private:
-  // For models with several outputs or a mean function.
-  struct Extension {
-    std::vector<double> inputs;  // n x D
-    RegressionWeights weights;
-  };
-
   Posterior() = default;
-
-  static absl::StatusOr<std::shared_ptr<Posterior>> CreatePlain(
-      const kernels::Contexts& contexts, kernels::PosteriorModel model,
-      const Hyperparameters& hyperparameters, const SquashParameters& squash,
-      const kernels::DensePosteriorOptions& options);
 
   template <typename Query>
   absl::StatusOr<kernels::PosteriorCounts> EvaluateQueries(
       kernels::ConstMatrixView<Query> queries, const kernels::PosteriorOutputs& outputs) const;
-  // The float64 pass: means of all outputs (M x k), and the variances' additional term |M^-1 r|^2
-  // (M).
-  template <typename Query>
-  absl::Status EvaluateExtension(kernels::ConstMatrixView<Query> queries, float* means,
-                                 double* added_variances) const;
-  template <typename Query>
-  absl::StatusOr<kernels::PosteriorCounts> EvaluateExtended(
-      kernels::ConstMatrixView<Query> queries, const kernels::PosteriorOutputs& outputs) const;
-
-  std::shared_ptr<kernels::Context> context_;  // the first
   Hyperparameters hyperparameters_;
   SquashParameters squash_;
   int64_t size_ = 0;
   std::unique_ptr<kernels::DensePosterior> dense_;
-  std::unique_ptr<const Extension> extension_;
+  // Of several outputs or a mean function, on the first device: sums over covariances in float64.
+  std::unique_ptr<const Float64Posterior> extension_;
 };
 
 }  // namespace egosieve::gp

@@ -16,11 +16,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "gp/covariance/mean_function.h"
 #include "kernels/base/matrix_view.h"
+#include "kernels/base/posterior_model.h"
 
 namespace egosieve::gp {
 
@@ -55,6 +57,14 @@ struct RegressionWeights {
 
   // sum_j log M_jj.
   double HalfLogDeterminant() const;
+};
+
+// A factor of a posterior, L or R, n x n, and what keeps it in memory; of FactorKind::kNone its rows
+// are the number of points.
+struct SharedFactor {
+  kernels::FactorKind kind = kernels::FactorKind::kCholesky;
+  kernels::ConstMatrixView<double> values;
+  std::shared_ptr<const void> memory;
 };
 
 // factor: L, n x n; inputs: n x D; targets: n x k.

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_format.h"
 #include "gp/model/point_set.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/prepared_points.h"
 #include "kernels/base/splitmix.h"
@@ -30,15 +31,11 @@ uint64_t Derive(uint64_t key, uint64_t number) {
 }  // namespace
 
 absl::Status PathOptions::Validate() const {
-  if (count < 0) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("count = %d samples; it must not be negative", count));
-  }
-  if (frequencies < 1 || frequencies > kMostFrequencies) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "frequencies = %d; there must be from 1 to %d", frequencies, kMostFrequencies));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"count", count, count >= 0, "not be negative"},
+      {"frequencies", frequencies, frequencies >= 1 && frequencies <= kMostFrequencies,
+       "be in [1, 2^20]"},
+  });
 }
 
 absl::StatusOr<PriorPaths> PriorPaths::Draw(const Hyperparameters& hyperparameters,

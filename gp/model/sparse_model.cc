@@ -47,6 +47,35 @@ bool ReverseFactor(MatrixView<double> s) {
   return true;
 }
 
+absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> PosteriorFormOf(
+    const SparseSolution& solution) {
+  const int64_t m = solution.inducing_size();
+  AlignedMatrix inverse(m, m), r(m, m), s(m, m);
+  InvertLower(solution.sum_factor.view(), inverse.view());
+  MultiplyInverse(inverse.view(), s.view());
+  for (int64_t i = 0; i < m; ++i) {
+    for (int64_t j = 0; j <= i; ++j) s.row(i)[j] = (i == j ? 1.0 : 0.0) - s.row(i)[j];
+  }
+  if (!ReverseFactor(s.view())) {
+    return absl::FailedPreconditionError(
+        "I - A^-1 is not positive semidefinite to working precision; take a larger noise");
+  }
+  // R = C L^-1, by rows: R L = C, R^T = L^-T C^T.
+  for (int64_t i = 0; i < m; ++i) {
+    for (int64_t j = 0; j < m; ++j) r.row(j)[i] = s.row(i)[j];
+  }
+  SolveLowerTransposed(solution.factor.view(), r.view());
+  for (int64_t i = 0; i < m; ++i) {
+    for (int64_t j = 0; j < m; ++j) s.row(i)[j] = j <= i ? r.row(j)[i] : 0.0;
+  }
+  RegressionWeights weights;
+  weights.points = m;
+  weights.alpha = solution.weights;
+  SolveLowerTransposed(solution.factor.view(), MatrixView<double>(weights.alpha.data(), m, 1));
+  return std::make_shared<const SparsePosteriorForm>(
+      SparsePosteriorForm{std::move(s), std::move(weights)});
+}
+
 }  // namespace
 
 absl::StatusOr<SparseModel> SparseModel::Create(std::shared_ptr<kernels::Context> context,
@@ -55,9 +84,7 @@ absl::StatusOr<SparseModel> SparseModel::Create(std::shared_ptr<kernels::Context
   EGOSIEVE_RETURN_IF_ERROR(CheckSetUp(context.get(), hyperparameters));
   EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean("sparse", hyperparameters));
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  SparseModel model;
-  model.context_ = std::move(context);
-  model.hyperparameters_ = hyperparameters;
+  SparseModel model(std::move(context), hyperparameters);
   model.options_ = options;
   return model;
 }
@@ -72,18 +99,6 @@ absl::StatusOr<SparseModel> SparseModel::Restore(std::shared_ptr<kernels::Contex
   model.points_ = state.points;
   EGOSIEVE_RETURN_IF_ERROR(model.Refresh());
   return model;
-}
-
-absl::Status SparseModel::Add(ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                              int64_t time) {
-  const std::vector<double> wide = Widen(inputs);
-  return Add(ConstMatrixView<double>(wide.data(), inputs.rows, inputs.cols), labels, time);
-}
-
-absl::Status SparseModel::Add(ConstMatrixView<double> inputs, absl::Span<const double> labels,
-                              int64_t time) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, TargetsOfLabels(labels));
-  return AddTargets(inputs, targets, time);
 }
 
 absl::Status SparseModel::AddObservations(const Observations& added, int64_t time) {
@@ -204,47 +219,21 @@ absl::Status SparseModel::SetInducingInputs(ConstMatrixView<double> inputs) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Prediction> SparseModel::Predict(ConstMatrixView<double> points,
-                                                PredictWhat what) const {
+absl::StatusOr<std::vector<double>> SparseModel::PredictMean(ConstMatrixView<double> points) const {
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, input_dimension()));
   const int64_t m = inducing_size();
-  const bool degenerate = IsDegenerate();
-  Prediction prediction;
+  std::vector<double> mean;
   for (int64_t begin = 0; begin < points.rows; begin += kPredictionTile) {
     const ConstMatrixView<double> tile =
         points.rows_between(begin, std::min(begin + kPredictionTile, points.rows));
     AlignedMatrix v(tile.rows, m);
     EGOSIEVE_RETURN_IF_ERROR(ProjectPoints(*context_, options_, hyperparameters_, solution_, tile,
                                            {}, v.view(), nullptr));
-    std::vector<double> explained;
     for (int64_t i = 0; i < tile.rows; ++i) {
-      prediction.mean.push_back(Dot(v.row(i), solution_.weights.data(), m));  // (SP4)
-      explained.push_back(Square(v.row(i), m));
-    }
-    if (what == PredictWhat::kMean) continue;
-    if (m > 0) AppendRows(solution_.sum_factor.view(), v.view());
-    for (int64_t i = 0; i < tile.rows; ++i) {  // (SP5)
-      const double prior = PriorVariance(hyperparameters_.covariance, tile.row(i));
-      const double learnt = Square(v.row(i), m);
-      const double variance = degenerate ? learnt : prior - explained[i] + learnt;
-      prediction.clamped_variances += variance < 0.0;
-      prediction.variance.push_back(std::max(0.0, variance));
+      mean.push_back(Dot(v.row(i), solution_.weights.data(), m));  // (SP4)
     }
   }
-  return prediction;
-}
-
-std::vector<double> SparseModel::MeanCoefficients() const {
-  std::vector<double> alpha(solution_.weights);
-  SolveLowerTransposed(solution_.factor.view(),
-                       MatrixView<double>(alpha.data(), inducing_size(), 1));
-  return alpha;
-}
-
-absl::StatusOr<std::vector<double>> SparseModel::PredictOwnMean() const {
-  const ConstMatrixView<double> x = points_.view(input_dimension());
-  EGOSIEVE_ASSIGN_OR_RETURN(Prediction own, Predict(x, PredictWhat::kMean));
-  return std::move(own.mean);
+  return mean;
 }
 
 absl::StatusOr<double> SparseModel::LogMarginalLikelihood() const {
@@ -290,65 +279,18 @@ absl::StatusOr<LeaveOneOut> SparseModel::PredictLeaveOneOut() const {
   return result;
 }
 
-absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> SparseModel::PosteriorForm() const {
-  if (options_.approximation == SparseApproximation::kSubsetOfRegressors) {
-    return absl::UnimplementedError(
-        "the subset of regressors has no variance on devices; use DTC, whose mean is the same");
+absl::StatusOr<RegressionModel::PosteriorParts> SparseModel::Parts() const {
+  if (solution_.posterior_form == nullptr) {
+    EGOSIEVE_ASSIGN_OR_RETURN(solution_.posterior_form, PosteriorFormOf(solution_));
   }
-  if (solution_.posterior_form != nullptr) return solution_.posterior_form;
-  const int64_t m = inducing_size();
-  AlignedMatrix inverse(m, m), r(m, m), s(m, m);
-  InvertLower(solution_.sum_factor.view(), inverse.view());
-  MultiplyInverse(inverse.view(), s.view());
-  for (int64_t i = 0; i < m; ++i) {
-    for (int64_t j = 0; j <= i; ++j) s.row(i)[j] = (i == j ? 1.0 : 0.0) - s.row(i)[j];
-  }
-  if (!ReverseFactor(s.view())) {
-    return absl::FailedPreconditionError(
-        "I - A^-1 is not positive semidefinite to working precision; take a larger noise");
-  }
-  // R = C L^-1, by rows: R L = C, R^T = L^-T C^T.
-  for (int64_t i = 0; i < m; ++i) {
-    for (int64_t j = 0; j < m; ++j) r.row(j)[i] = s.row(i)[j];
-  }
-  SolveLowerTransposed(solution_.factor.view(), r.view());
-  for (int64_t i = 0; i < m; ++i) {
-    for (int64_t j = 0; j < m; ++j) s.row(i)[j] = j <= i ? r.row(j)[i] : 0.0;
-  }
-  solution_.posterior_form = std::make_shared<const SparsePosteriorForm>(
-      SparsePosteriorForm{std::move(s), MeanCoefficients()});
-  return solution_.posterior_form;
-}
-
-absl::StatusOr<std::shared_ptr<const Posterior>> SparseModel::MakePosterior(
-    const SquashParameters& squash, const kernels::DensePosteriorOptions& options,
-    const kernels::Contexts& devices) const {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const SparsePosteriorForm> form, PosteriorForm());
-  kernels::PosteriorModel model;
-  model.covariance = hyperparameters_.covariance;
-  model.inputs = inducing_inputs();
-  model.alpha = form->alpha.data();
-  model.factor_kind = kernels::FactorKind::kInverseCholesky;
-  model.factor = form->root.view();
-  return Posterior::Create(devices.empty() ? kernels::Contexts{context_} : devices, model,
-                           hyperparameters_, squash, options);
-}
-
-absl::StatusOr<std::shared_ptr<const Float64Posterior>> SparseModel::MakeFloat64Posterior() const {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const SparsePosteriorForm> form, PosteriorForm());
-  RegressionWeights weights;
-  weights.points = inducing_size();
-  weights.alpha = form->alpha;
-  return std::make_shared<const Float64Posterior>(
-      context_, hyperparameters_, inducing_inputs(), weights,
-      SharedFactor{kernels::FactorKind::kInverseCholesky, form->root.view(), form});
+  const std::shared_ptr<const SparsePosteriorForm>& form = solution_.posterior_form;
+  return PosteriorParts{inducing_inputs(),
+                        &form->weights,
+                        {kernels::FactorKind::kInverseCholesky, form->root.view(), form}};
 }
 
 absl::StatusOr<std::shared_ptr<const SamplePaths>> SparseModel::DrawPaths(
     const PathOptions& options) const {
-  if (options_.approximation == SparseApproximation::kSubsetOfRegressors) {
-    return absl::UnimplementedError("the subset of regressors has no sample paths; use DTC");
-  }
   const ConstMatrixView<double> u = inducing_inputs();
   EGOSIEVE_ASSIGN_OR_RETURN(PriorPaths prior, PriorPaths::Draw(hyperparameters_, u, 1, options));
   const int64_t m = u.rows, columns = prior.columns();

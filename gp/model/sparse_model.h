@@ -1,12 +1,10 @@
 // Gaussian process regression with m inducing inputs u, for models whose exact posterior is too
-// expensive. Three approximations of Quinonero-Candela & Rasmussen (2005), "A unifying view of
+// expensive. Two approximations of Quinonero-Candela & Rasmussen (2005), "A unifying view of
 // sparse approximate Gaussian process regression":
 //
 //   v, lambda, A, c                   (SP1) to (SP3) of gp/model/sparse_solution.h
 //   mean(x) = v(x).A^-1 c                                                                    (SP4)
-//   variance(x) = |L_A^-1 v(x)|^2                           subset of regressors: it vanishes
-//                                                           far from the inducing inputs
-//   variance(x) = k(x, x) - |v(x)|^2 + |L_A^-1 v(x)|^2      DTC, FITC                        (SP5)
+//   variance(x) = k(x, x) - |v(x)|^2 + |L_A^-1 v(x)|^2                                       (SP5)
 //   log p(y) = -1/2 (sum_i log lambda_i + log|A| + y^T Lambda^-1 y - c.A^-1 c + n log 2 pi)   (SP6)
 //
 // Adding or removing a point changes one term of (SP3): 2 m^2 flops, and m^3 / 3 for L_A once per
@@ -36,12 +34,9 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "gp/calibration/leave_one_out.h"
-#include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
-#include "gp/model/exact_model.h"
-#include "gp/model/float64_posterior.h"
 #include "gp/model/point_set.h"
-#include "gp/model/posterior.h"
+#include "gp/model/regression_model.h"
 #include "gp/model/sample_paths.h"
 #include "gp/model/sparse_solution.h"
 #include "kernels/base/matrix_view.h"
@@ -49,7 +44,7 @@
 
 namespace egosieve::gp {
 
-class SparseModel {
+class SparseModel : public RegressionModel {
  public:
   // InvalidArgument for a null context, invalid hyperparameters or options.
   static absl::StatusOr<SparseModel> Create(std::shared_ptr<kernels::Context> context,
@@ -64,80 +59,44 @@ class SparseModel {
   SparseModel(SparseModel&&) = default;
   SparseModel& operator=(SparseModel&&) = default;
 
-  // As ExactModel's, including errors. The two have no common base class: callers hold a
-  // std::variant.
-  absl::Status Add(kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
-                   int64_t time);
-  absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                   int64_t time);
-  absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
-                          int64_t time) {
-    return AddObservations({inputs, targets}, time);
-  }
-  absl::Status AddObservations(const Observations& added, int64_t time);
+  // As ExactModel's, including errors.
+  absl::Status AddObservations(const Observations& added, int64_t time) override;
   absl::Status Remove(absl::Span<const int64_t> rows);
   absl::Status SetHyperparameters(const Hyperparameters& hyperparameters);
 
   // Uses these inducing inputs (m x D) until the next refresh.
   absl::Status SetInducingInputs(kernels::ConstMatrixView<double> inputs);
   // Chooses the inducing inputs and computes all sums anew: the state then depends on the points
-  // and hyperparameters alone.
+  // and hyperparameters alone. If a run calls it when it writes State(), it continues with the same
+  // bits as a run that starts from the state.
   absl::Status Refresh();
 
-  // The argument of Restore; gp/io/model_file.h stores it. If a run calls Refresh when it writes,
-  // it continues with the same bits as a run that starts from the state.
-  ExactModelState State() const { return {hyperparameters_, points_}; }
-
-  int64_t size() const { return points_.size(); }
   int64_t inducing_size() const { return solution_.inducing_size(); }
   // On K_uu's diagonal.
   double jitter() const { return solution_.jitter; }
-  int64_t input_dimension() const { return hyperparameters_.covariance.input_dimension(); }
-  const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   const SparseModelOptions& options() const { return options_; }
-  const std::shared_ptr<kernels::Context>& context() const { return context_; }
-  const PointSet& points() const { return points_; }
-  absl::Span<const double> targets() const { return points_.targets; }
-  int64_t outputs() const { return 1; }
-  Observations observations() const { return points_.observations(input_dimension()); }
   kernels::ConstMatrixView<double> inducing_inputs() const {
     return {solution_.inducing_inputs.data(), inducing_size(), input_dimension()};
   }
 
-  // (SP4), (SP5) at N x D points in float64; the prior for an empty model.
-  absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
-                                     PredictWhat what) const;
+  // (SP4) at N x D points in float64; 0 for an empty model.
+  absl::StatusOr<std::vector<double>> PredictMean(kernels::ConstMatrixView<double> points) const;
   // The mean at the model's own points.
-  absl::StatusOr<std::vector<double>> PredictOwnMean() const;
+  absl::StatusOr<std::vector<double>> PredictOwnMean() const { return PredictMean(inputs()); }
   // (SP6); 0 for an empty model.
   absl::StatusOr<double> LogMarginalLikelihood() const;
   // Leave-one-out predictions of all points under the approximation's own covariance of y, Q +
   // Lambda, inverted by (SP3): 2 n m^2 flops.
   absl::StatusOr<LeaveOneOut> PredictLeaveOneOut() const;
 
-  // Unimplemented for the subset of regressors, whose variance has no form for devices; DTC has the
-  // same mean. devices: as for ExactModel.
-  absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
-      const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {},
-      const kernels::Contexts& devices = {}) const;
-  // The same in float64, on the model's own context, which also predicts jointly.
-  absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
-  // Samples as functions, (PS5) of gp/model/sample_paths.h. Unimplemented for the subset of
-  // regressors.
+  // Samples as functions, (PS5) of gp/model/sample_paths.h.
   absl::StatusOr<std::shared_ptr<const SamplePaths>> DrawPaths(const PathOptions& options) const;
 
  private:
-  SparseModel() = default;
+  using RegressionModel::RegressionModel;
 
-  // Computed once per solution: m^3 flops. Unimplemented for the subset of regressors.
-  absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> PosteriorForm() const;
-  // Whether the variance is that of the subset of regressors, which vanishes far from the inducing
-  // inputs.
-  bool IsDegenerate() const {
-    return options_.approximation == SparseApproximation::kSubsetOfRegressors && size() > 0;
-  }
-  // L^-T A^-1 c: the mean is their dot product with k_u(x).
-  std::vector<double> MeanCoefficients() const;
+  // Computed once per solution: m^3 flops.
+  absl::StatusOr<PosteriorParts> Parts() const override;
 
   // Chooses new inducing inputs for `points`, the model's points after `changed` of them were added
   // or removed, if enough have changed. Returns false if not, or if the choice fails.
@@ -153,10 +112,7 @@ class SparseModel {
   // The last step of adding or removing `changed` points.
   void Commit(Sums sums, PointSet points, int64_t changed);
 
-  std::shared_ptr<kernels::Context> context_;
-  Hyperparameters hyperparameters_;
   SparseModelOptions options_;
-  PointSet points_;
   SparseSolution solution_;
   int64_t changes_ = 0;  // points since the last refresh
 };

@@ -1,7 +1,6 @@
 #include "gp/model/sparse_solution.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -13,7 +12,7 @@
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/linalg/tile_operations.h"
 #include "gp/model/inducing_points.h"
-#include "kernels/base/parallel_for.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
 
@@ -62,19 +61,12 @@ absl::Status FactorizeInducing(kernels::Context& context, const SparseModelOptio
 }  // namespace
 
 absl::Status SparseModelOptions::Validate() const {
-  if (!(inducing_points >= 1)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("inducing_points = %d; it must be positive", inducing_points));
-  }
-  if (!(refresh_share >= 0.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("refresh_share = %g; it must not be negative", refresh_share));
-  }
-  if (!(relative_jitter >= 0.0 && std::isfinite(relative_jitter))) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "relative_jitter = %g; it must be finite and not negative", relative_jitter));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"inducing_points", inducing_points, inducing_points >= 1, "be positive"},
+      {"refresh_share", refresh_share, refresh_share >= 0.0, "not be negative"},
+      {"relative_jitter", relative_jitter, kernels::IsNotNegative(relative_jitter),
+       "be finite and not negative"},
+  });
 }
 
 void AddTerms(ConstMatrixView<double> v, const double* lambda, double sign, MatrixView<double> a) {

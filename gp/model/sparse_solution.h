@@ -2,7 +2,7 @@
 // and sums over them.
 //
 //   L L^T = K_uu + jitter I,  v_i = L^-1 k_u(x_i),  q_ii = |v_i|^2                           (SP1)
-//   lambda_i = sigma_n^2 + nu_i                 subset of regressors, DTC (the same training)
+//   lambda_i = sigma_n^2 + nu_i                 DTC
 //   lambda_i = sigma_n^2 + nu_i + k_ii - q_ii   FITC; nu_i: the point's own noise variance    (SP2)
 //   A = I + sum_i v_i v_i^T / lambda_i,  c = sum_i v_i y_i / lambda_i                        (SP3)
 //
@@ -25,12 +25,13 @@
 #include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/model/point_set.h"
+#include "gp/model/regression_weights.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
 
-enum class SparseApproximation { kSubsetOfRegressors, kDtc, kFitc };
+enum class SparseApproximation { kDtc, kFitc };
 
 struct SparseModelOptions {
   SparseApproximation approximation = SparseApproximation::kDtc;
@@ -41,11 +42,11 @@ struct SparseModelOptions {
   absl::Status Validate() const;
 };
 
-// The parts of a posterior without its squash: R of sparse_model.h, and the mean's coefficients
-// L^-T A^-1 c.
+// The parts of a posterior without its squash: R of sparse_model.h, and the mean's weights L^-T A^-1
+// c.
 struct SparsePosteriorForm {
   AlignedMatrix root;
-  std::vector<double> alpha;
+  RegressionWeights weights;
 };
 
 inline constexpr int64_t kRowTile = 2048;

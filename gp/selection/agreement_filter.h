@@ -16,20 +16,12 @@
 
 namespace egosieve::gp {
 
-struct AgreementOptions {
-  // Width of the band around 1/2 in which the model counts as undecided: novelty keeps such points
-  // and consistency does not drop them. 0 is the paper's rule.
-  double undecided_band = 0.0;
-};
-
-// Step 2: rows of points that the model classifies wrongly or is undecided about, increasing.
+// Step 2: rows of points that the model classifies wrongly, increasing.
 absl::StatusOr<std::vector<int64_t>> FilterByNovelty(absl::Span<const double> labels,
-                                                     absl::Span<const float> predictions,
-                                                     const AgreementOptions& options = {});
+                                                     absl::Span<const float> predictions);
 
-// Step 3: rows of points that the model classifies correctly or is undecided about, increasing.
+// Step 3: rows of points that the model classifies correctly, increasing.
 absl::StatusOr<std::vector<int64_t>> FilterByConsistency(absl::Span<const double> labels,
-                                                         absl::Span<const float> predictions,
-                                                         const AgreementOptions& options = {});
+                                                         absl::Span<const float> predictions);
 
 }  // namespace egosieve::gp

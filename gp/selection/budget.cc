@@ -5,34 +5,26 @@
 #include <tuple>
 
 #include "absl/strings/str_format.h"
+#include "kernels/base/argument_checks.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
 
 absl::Status BudgetOptions::Validate() const {
-  if (!(budget >= 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("budget = %d; it must not be negative", budget));
-  }
-  if (!(rare_class_share >= 0.0 && rare_class_share <= 0.5)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("rare_class_share = %g; it must be in [0, 0.5]", rare_class_share));
-  }
-  if (!(maximum_age >= 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("maximum_age = %d; it must not be negative", maximum_age));
-  }
-  if (!(maximum_positive_age >= 0)) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "maximum_positive_age = %d; it must not be negative", maximum_positive_age));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"budget", budget, budget >= 0, "not be negative"},
+      {"rare_class_share", rare_class_share, rare_class_share >= 0.0 && rare_class_share <= 0.5,
+       "be in [0, 0.5]"},
+      {"maximum_age", maximum_age, maximum_age >= 0, "not be negative"},
+      {"maximum_positive_age", maximum_positive_age, maximum_positive_age >= 0, "not be negative"},
+  });
 }
 
 absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
                                              absl::Span<const int64_t> insertion_times,
                                              int64_t time, const BudgetOptions& options,
                                              absl::Span<const double> rank) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   if (labels.size() != insertion_times.size() || (!rank.empty() && rank.size() != labels.size())) {
     return absl::InvalidArgumentError(
         absl::StrFormat("%d labels, %d insertion times and %d ranks; the sizes must be equal",

@@ -1,23 +1,70 @@
 #include "gp/selection/density_filter.h"
 
 #include <algorithm>
+#include <cmath>
+#include <nanoflann.hpp>
 #include <numeric>
 
 #include "absl/status/status.h"
-#include "gp/selection/labelled_points.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
 namespace {
 
 using kernels::ConstMatrixView;
 
+// A k-d tree's view of rows.
+template <typename T>
+struct PointCloud {
+  ConstMatrixView<T> points;
+  size_t kdtree_get_point_count() const { return static_cast<size_t>(points.rows); }
+  double kdtree_get_pt(size_t i, size_t d) const {
+    return static_cast<double>(points(static_cast<int64_t>(i), static_cast<int64_t>(d)));
+  }
+  template <typename Box>
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
+};
+
+template <typename T>
+using PointTree = nanoflann::KDTreeSingleIndexAdaptor<
+    nanoflann::L2_Simple_Adaptor<double, PointCloud<T>, double, size_t>, PointCloud<T>, -1, size_t>;
+
+// InvalidArgument, with the value, unless there is a label in [0, 1] for each row, the inputs are
+// finite, and the radius is finite and not negative.
+template <typename T>
+absl::Status CheckLabelledPoints(ConstMatrixView<T> inputs, absl::Span<const double> labels,
+                                 double radius) {
+  if (static_cast<int64_t>(labels.size()) != inputs.rows) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d inputs and %d labels", inputs.rows, labels.size()));
+  }
+  if (!(radius >= 0.0) || std::isinf(radius)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("radius = %g; it must be finite and not negative", radius));
+  }
+  for (int64_t i = 0; i < inputs.rows; ++i) {
+    if (!(labels[i] >= 0.0 && labels[i] <= 1.0)) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("labels[%d] = %g; it must be in [0, 1]", i, labels[i]));
+    }
+    for (int64_t d = 0; d < inputs.cols; ++d) {
+      if (!std::isfinite(inputs(i, d))) {
+        return absl::InvalidArgumentError(
+            absl::StrFormat("inputs(%d, %d) = %g; it must be finite", i, d, inputs(i, d)));
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
 template <typename T>
 absl::Status Check(ConstMatrixView<T> inputs, absl::Span<const double> labels,
                    const DensityFilterOptions& options, absl::Span<const int64_t> order,
                    absl::Span<const uint8_t> tells) {
-  if (absl::Status status = CheckLabelledPoints(inputs, labels, options.radius); !status.ok()) {
-    return status;
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckLabelledPoints(inputs, labels, options.radius));
   if (!tells.empty() && tells.size() != labels.size()) {
     return absl::InvalidArgumentError("tells has another size than labels");
   }
@@ -70,9 +117,7 @@ absl::StatusOr<std::vector<int64_t>> Filter(ConstMatrixView<T> inputs,
                                             const DensityFilterOptions& options,
                                             absl::Span<const int64_t> order,
                                             absl::Span<const uint8_t> tells) {
-  if (absl::Status status = Check(inputs, labels, options, order, tells); !status.ok()) {
-    return status;
-  }
+  EGOSIEVE_RETURN_IF_ERROR(Check(inputs, labels, options, order, tells));
   const int64_t n = inputs.rows;
   std::vector<int64_t> sequence(order.begin(), order.end());
   if (order.empty()) {

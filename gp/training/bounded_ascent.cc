@@ -1,7 +1,6 @@
 #include "gp/training/bounded_ascent.h"
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <utility>
@@ -17,6 +16,8 @@ constexpr double kSufficient = 1e-4;  // (PL3)
 constexpr double kSteep = 0.9;        // of the slope at the start: a longer step is tried
 constexpr double kShortest = 1e-12;   // t
 constexpr double kLeastCurvature = 1e-10;
+constexpr size_t kMemory = 10;    // pairs
+constexpr double kLongest = 2.0;  // of a coordinate in one step with t = 1, in units of theta
 
 struct Place {
   VectorXd theta, gradient;
@@ -25,10 +26,8 @@ struct Place {
 
 class Ascent {
  public:
-  Ascent(const ValueAndGradient& f, const HyperparameterBounds& bounds,
-         const AscentOptions& options)
+  Ascent(const ValueAndGradient& f, const HyperparameterBounds& bounds)
       : f_(f),
-        options_(options),
         lower_(VectorXd::Map(bounds.lower.data(), static_cast<int64_t>(bounds.lower.size()))),
         upper_(VectorXd::Map(bounds.upper.data(), static_cast<int64_t>(bounds.upper.size()))) {}
 
@@ -76,7 +75,7 @@ class Ascent {
       d += (shares[i] - y.dot(d) / s.dot(y)) * s;
     }
     const double longest = d.cwiseAbs().maxCoeff();
-    const double allowed = pairs.empty() ? 0.25 * options_.longest : options_.longest;
+    const double allowed = pairs.empty() ? 0.25 * kLongest : kLongest;
     if (longest > allowed) d *= allowed / longest;
     return d;
   }
@@ -103,7 +102,7 @@ class Ascent {
     VectorXd s = now.theta - before.theta, y = before.gradient - now.gradient;
     if (!Bends(s, y)) return;
     pairs_.emplace_back(std::move(s), std::move(y));
-    if (static_cast<int>(pairs_.size()) > options_.memory) pairs_.pop_front();
+    if (pairs_.size() > kMemory) pairs_.pop_front();
   }
 
   bool remembers() const { return !pairs_.empty(); }
@@ -119,7 +118,6 @@ class Ascent {
   }
 
   const ValueAndGradient& f_;
-  const AscentOptions& options_;
   const VectorXd lower_, upper_;
   std::deque<std::pair<VectorXd, VectorXd>> pairs_;  // s, y
 };
@@ -129,7 +127,7 @@ class Ascent {
 absl::StatusOr<AscentResult> Ascend(const ValueAndGradient& f, std::vector<double> theta,
                                     const HyperparameterBounds& bounds,
                                     const AscentOptions& options) {
-  Ascent ascent(f, bounds, options);
+  Ascent ascent(f, bounds);
   EGOSIEVE_ASSIGN_OR_RETURN(
       Place at, ascent.At(VectorXd::Map(theta.data(), static_cast<int64_t>(theta.size()))));
   AscentResult result;

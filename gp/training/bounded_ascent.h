@@ -2,7 +2,7 @@
 //
 //   p = clamp(theta + g) - theta,  g the gradient of f             the projected gradient     (PL1)
 //   free: the coordinates that are not on a bound which g points out of
-//   d = H g over the free coordinates, H from the last `memory` pairs of steps and changes of
+//   d = H g over the free coordinates, H from the last 10 pairs of steps and changes of
 //       the gradient (two-loop recursion), scaled by s.y / y.y of the newest                  (PL2)
 //   theta(t) = clamp(theta + t d) with f(theta(t)) >= f(theta) + 1e-4 g.(theta(t) - theta)    (PL3)
 //
@@ -30,8 +30,6 @@ using ValueAndGradient = std::function<absl::StatusOr<double>(const std::vector<
 struct AscentOptions {
   int steps = 500;          // accepted steps at most
   double tolerance = 1e-3;  // of the largest |p|
-  int memory = 10;          // pairs
-  double longest = 2.0;     // of a coordinate in one step with t = 1, in units of theta
 };
 
 struct AscentResult {

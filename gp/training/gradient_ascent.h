@@ -6,6 +6,8 @@
 //   s_t := max(0.5 s_t, s_min), g_t := 0  if g_t g_t' < 0
 //   theta_t := clamp(theta_t + sign(g_t) s_t)
 //
+// s_t is 0.1 at first, s_min 1e-4 and s_max 0.5, in units of theta.
+//
 // Reference: Igel & Huesken (2000), "Improving the Rprop learning algorithm".
 #pragma once
 
@@ -16,12 +18,6 @@
 
 namespace egosieve::gp {
 
-struct RpropOptions {
-  double initial_step = 0.1;  // steps are in units of theta
-  double minimum_step = 1e-6;
-  double maximum_step = 0.5;
-};
-
 struct RpropState {
   std::vector<double> steps;              // empty before the first step
   std::vector<double> previous_gradient;  // likewise
@@ -29,6 +25,6 @@ struct RpropState {
 
 // One step of theta along `gradient`. Sizes must be equal.
 void RpropStep(absl::Span<const double> gradient, const HyperparameterBounds& bounds,
-               const RpropOptions& options, RpropState& state, std::vector<double>& theta);
+               RpropState& state, std::vector<double>& theta);
 
 }  // namespace egosieve::gp

@@ -11,6 +11,7 @@
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/training/marginal_likelihood.h"
 #include "gp/training/simulated_annealing.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/splitmix.h"
 #include "kernels/base/status_macros.h"
 
@@ -19,7 +20,10 @@ namespace {
 
 using kernels::ConstMatrixView;
 
-constexpr double kSmoothing = 0.2;  // weight of the newest value in running means
+constexpr double kSmoothing = 0.2;      // weight of the newest value in running means
+constexpr int64_t kMinimumPoints = 30;  // fewer points, or one class only: no training
+constexpr int64_t kStepsPerRound = 2;   // after the first round
+constexpr double kChangeDrop = 0.1;     // nats per point
 
 // Independent seeds for every round and purpose.
 uint64_t Mix(uint64_t seed, uint64_t round, uint64_t purpose) {
@@ -36,17 +40,6 @@ double LargestChange(const std::vector<double>& a, const std::vector<double>& b)
 std::optional<double> MeanWith(std::optional<double> mean, double check) {
   if (!std::isfinite(check)) return mean;
   return mean.has_value() ? *mean + kSmoothing * (check - *mean) : check;
-}
-
-absl::Status Positive(const char* name, int64_t value) {
-  if (value > 0) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrFormat("%s = %d; it must be positive", name, value));
-}
-
-absl::Status NotNegative(const char* name, double value) {
-  if (value >= 0.0) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrFormat("%s = %g; it must not be negative", name, value));
 }
 
 absl::Status CheckSizes(const Observations& points) {
@@ -78,26 +71,19 @@ struct HyperparameterTrainer::Subset {
 };
 
 absl::Status TrainerOptions::Validate() const {
-  EGOSIEVE_RETURN_IF_ERROR(Positive("subset_size", subset_size));
-  EGOSIEVE_RETURN_IF_ERROR(Positive("annealing_subset_size", annealing_subset_size));
-  EGOSIEVE_RETURN_IF_ERROR(Positive("minimum_points", minimum_points));
-  EGOSIEVE_RETURN_IF_ERROR(Positive("settled_interval", settled_interval));
-  EGOSIEVE_RETURN_IF_ERROR(NotNegative("annealing_rounds", annealing_rounds));
-  EGOSIEVE_RETURN_IF_ERROR(NotNegative("annealing_evaluations", annealing_evaluations));
-  EGOSIEVE_RETURN_IF_ERROR(NotNegative("initial_gradient_steps", initial_gradient_steps));
-  EGOSIEVE_RETURN_IF_ERROR(NotNegative("gradient_steps_per_round", gradient_steps_per_round));
-  EGOSIEVE_RETURN_IF_ERROR(NotNegative("rebuild_threshold", rebuild_threshold));
-  EGOSIEVE_RETURN_IF_ERROR(NotNegative("settled_movement", settled_movement));
-  EGOSIEVE_RETURN_IF_ERROR(NotNegative("change_drop", change_drop));
-  if (!(minimum_class_share >= 0.0 && minimum_class_share <= 0.5)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("minimum_class_share = %g; it must be in [0, 0.5]", minimum_class_share));
-  }
-  if (!(prior_stddev > 0.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("prior_stddev = %g; it must be positive", prior_stddev));
-  }
-  return absl::OkStatus();
+  constexpr char kPositive[] = "be positive", kNotNegative[] = "not be negative";
+  return kernels::CheckOptions({
+      {"subset_size", subset_size, subset_size > 0, kPositive},
+      {"annealing_subset_size", annealing_subset_size, annealing_subset_size > 0, kPositive},
+      {"settled_interval", settled_interval, settled_interval > 0, kPositive},
+      {"annealing_evaluations", annealing_evaluations, annealing_evaluations >= 0, kNotNegative},
+      {"initial_gradient_steps", initial_gradient_steps, initial_gradient_steps >= 0, kNotNegative},
+      {"rebuild_threshold", rebuild_threshold, rebuild_threshold >= 0.0, kNotNegative},
+      {"settled_movement", settled_movement, settled_movement >= 0.0, kNotNegative},
+      {"minimum_class_share", minimum_class_share,
+       minimum_class_share >= 0.0 && minimum_class_share <= 0.5, "be in [0, 0.5]"},
+      {"prior_stddev", prior_stddev, prior_stddev > 0.0, kPositive},
+  });
 }
 
 absl::StatusOr<HyperparameterTrainer> HyperparameterTrainer::Create(
@@ -163,18 +149,14 @@ absl::StatusOr<double> HyperparameterTrainer::Objective(kernels::Context& contex
 
 absl::Status HyperparameterTrainer::AnnealTheta(kernels::Context& context, const Subset& subset,
                                                 TrainerState& state, TrainingReport& report) const {
-  AnnealingOptions options;
-  options.evaluations = options_.annealing_evaluations;
-  options.seed = Mix(options_.seed, state.rounds, 1);
+  const auto objective = [&](const std::vector<double>& theta) {
+    return Objective(context, subset, theta, nullptr);
+  };
   EGOSIEVE_ASSIGN_OR_RETURN(const AnnealingResult result,
-                            Anneal(
-                                [&](const std::vector<double>& theta) {
-                                  return Objective(context, subset, theta, nullptr);
-                                },
-                                state.theta, bounds_, options));
+                            Anneal(objective, state.theta, bounds_, options_.annealing_evaluations,
+                                   Mix(options_.seed, static_cast<uint64_t>(state.rounds), 1)));
   state.theta = result.theta;
-  report.annealed = true;
-  report.evaluations += result.evaluations;
+  report.evaluations += options_.annealing_evaluations;
   report.objective = result.objective;
   return absl::OkStatus();
 }
@@ -182,13 +164,11 @@ absl::Status HyperparameterTrainer::AnnealTheta(kernels::Context& context, const
 absl::Status HyperparameterTrainer::ClimbTheta(kernels::Context& context, const Subset& subset,
                                                int64_t steps, TrainerState& state,
                                                TrainingReport& report) const {
-  RpropOptions options;
-  options.minimum_step = 1e-4;
   std::vector<double> gradient;
   for (int64_t step = 0; step < steps; ++step) {
     EGOSIEVE_ASSIGN_OR_RETURN(report.objective, Objective(context, subset, state.theta, &gradient));
     ++report.evaluations;
-    RpropStep(gradient, bounds_, options, state.optimiser, state.theta);
+    RpropStep(gradient, bounds_, state.optimiser, state.theta);
     ++report.steps;
   }
   return absl::OkStatus();
@@ -202,7 +182,7 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::Train(
   TrainingReport report;
   const int64_t positives =
       std::count_if(targets.begin(), targets.end(), [](double y) { return y >= 0.0; });
-  if (inputs.rows < options_.minimum_points) {
+  if (inputs.rows < kMinimumPoints) {
     report.reason = "too few points";
     return report;
   }
@@ -212,7 +192,7 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::Train(
   }
   TrainerState next = state_;
   const uint64_t round = static_cast<uint64_t>(state_.rounds);
-  const bool anneals = state_.rounds < options_.annealing_rounds;
+  const bool anneals = state_.rounds == 0;
   const bool settled = !anneals && state_.smoothed_movement < options_.settled_movement;
   if (anneals || settled) {
     const Subset subset =
@@ -225,7 +205,7 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::Train(
     }
   }
   const bool changed = settled && state_.smoothed_objective.has_value() &&
-                       report.objective < *state_.smoothed_objective - options_.change_drop;
+                       report.objective < *state_.smoothed_objective - kChangeDrop;
   next.smoothed_objective =
       settled && !changed ? MeanWith(state_.smoothed_objective, report.objective) : std::nullopt;
   if (changed) next.smoothed_movement = 1.0;
@@ -234,10 +214,8 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::Train(
     report.reason = "settled";
   } else {
     const Subset subset = Draw(points, options_.subset_size, Mix(options_.seed, round, 0));
-    EGOSIEVE_RETURN_IF_ERROR(
-        ClimbTheta(context, subset,
-                   anneals ? options_.initial_gradient_steps : options_.gradient_steps_per_round,
-                   next, report));
+    EGOSIEVE_RETURN_IF_ERROR(ClimbTheta(
+        context, subset, anneals ? options_.initial_gradient_steps : kStepsPerRound, next, report));
     next.rounds_since_step = 0;
     report.movement = LargestChange(next.theta, state_.theta);
     next.smoothed_movement += kSmoothing * (report.movement - next.smoothed_movement);

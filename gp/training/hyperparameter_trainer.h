@@ -1,4 +1,4 @@
-// Online training of the hyperparameters (paper, section IV-B), in rounds: at first simulated
+// Online training of the hyperparameters (paper, section IV-B), in rounds: in the first simulated
 // annealing and many gradient steps, then a few gradient steps per round, starting from the
 // previous round's values.
 //
@@ -11,7 +11,7 @@
 // When theta has settled, training is reduced: while the smoothed movement per round is under
 // `settled_movement`, steps are taken in every `settled_interval`-th round only. Every settled
 // round checks J on a subset of `annealing_subset_size` points. If J falls by more than
-// `change_drop` below the running mean of these checks, full training resumes. The mean contains
+// 0.1 below the running mean of these checks, full training resumes. The mean contains
 // checks alone, since J depends on |S|: with more points, each is predicted better. A J that is not
 // finite enters no mean.
 //
@@ -35,19 +35,15 @@
 namespace egosieve::gp {
 
 struct TrainerOptions {
-  int64_t subset_size = 800;             // |S| of gradient steps, points
-  int64_t annealing_subset_size = 300;   // |S| of the annealing and of settled rounds' checks
-  int64_t minimum_points = 30;           // fewer points, or one class only: no training
-  double minimum_class_share = 0.25;     // of S, for the rarer class if it has enough points
-  int64_t annealing_rounds = 1;          // first rounds with annealing
-  int64_t annealing_evaluations = 150;   // per annealing round
-  int64_t initial_gradient_steps = 25;   // after annealing
-  int64_t gradient_steps_per_round = 2;  // afterwards
-  double prior_stddev = 3.0;             // of log theta around theta0; infinity: no prior
-  double rebuild_threshold = 0.05;       // see ShouldRebuild
-  double settled_movement = 0.005;       // largest |change of theta_t| per round
-  int64_t settled_interval = 5;          // rounds
-  double change_drop = 0.1;              // nats per point
+  int64_t subset_size = 800;            // |S| of gradient steps, points
+  int64_t annealing_subset_size = 300;  // |S| of the annealing and of settled rounds' checks
+  double minimum_class_share = 0.25;    // of S, for the rarer class if it has enough points
+  int64_t annealing_evaluations = 150;  // in the first round
+  int64_t initial_gradient_steps = 25;  // after annealing; 2 in each later round
+  double prior_stddev = 3.0;            // of log theta around theta0; infinity: no prior
+  double rebuild_threshold = 0.05;      // see ShouldRebuild
+  double settled_movement = 0.005;      // largest |change of theta_t| per round
+  int64_t settled_interval = 5;         // rounds
   uint64_t seed = 1;
 
   absl::Status Validate() const;
@@ -65,7 +61,6 @@ struct TrainerState {
 };
 
 struct TrainingReport {
-  bool annealed = false;
   int64_t evaluations = 0;  // of J, with or without its gradient
   int64_t steps = 0;        // gradient steps taken
   double objective = 0.0;   // J at the last evaluated theta, nats per point

@@ -68,8 +68,7 @@ absl::StatusOr<MarginalLikelihood> ComputeOnDevice(kernels::Context& context,
 absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& context,
                                                              const Hyperparameters& hyperparameters,
                                                              const Observations& data,
-                                                             LikelihoodOrder order,
-                                                             LikelihoodPlace place) {
+                                                             LikelihoodOrder order) {
   EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
   EGOSIEVE_RETURN_IF_ERROR(data.Validate(hyperparameters.covariance.input_dimension()));
   const int64_t n = data.size();
@@ -81,12 +80,7 @@ absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& c
     return result;
   }
 
-  const bool zero_mean = hyperparameters.mean == MeanFunction::kZero;
-  if (place == LikelihoodPlace::kDevice && !zero_mean) {
-    return absl::InvalidArgumentError("with a mean function the host factorises");
-  }
-  if (place == LikelihoodPlace::kDevice ||
-      (place == LikelihoodPlace::kAutomatic && zero_mean && kernels::RegressesOnDevice(context))) {
+  if (hyperparameters.mean == MeanFunction::kZero && kernels::RegressesOnDevice(context)) {
     return ComputeOnDevice(context, hyperparameters, data, with_gradient);
   }
   AlignedMatrix storage(n, n);

@@ -10,8 +10,8 @@
 // gradients are added.
 //
 // Cost: n^3 / 3 flops for the value, n^3 with the gradient, plus one pass over the pairs for all of
-// theta. Memory: two n x n arrays of float64, in the device's memory if it has its own and the mean
-// is zero (kernels/ops/exact_regression.h).
+// theta. Memory: two n x n arrays of float64, in the device's memory if it has its own, with float64,
+// and the mean is zero (kernels/ops/exact_regression.h).
 #pragma once
 
 #include <vector>
@@ -30,15 +30,11 @@ struct MarginalLikelihood {
 
 enum class LikelihoodOrder { kValue, kValueAndGradient };
 
-// Where K_y is factorised. kAutomatic: on devices with float64 and their own memory if the mean is
-// zero, otherwise on the host. kDevice: FailedPrecondition without float64; InvalidArgument with a
-// mean function.
-enum class LikelihoodPlace { kAutomatic, kDevice };
-
 // n = 0: value 0 and a gradient of zeros. FailedPrecondition if K_y is not positive definite to
 // working precision, or if the points do not determine the mean function.
-absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(
-    kernels::Context& context, const Hyperparameters& hyperparameters, const Observations& data,
-    LikelihoodOrder order, LikelihoodPlace place = LikelihoodPlace::kAutomatic);
+absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& context,
+                                                             const Hyperparameters& hyperparameters,
+                                                             const Observations& data,
+                                                             LikelihoodOrder order);
 
 }  // namespace egosieve::gp

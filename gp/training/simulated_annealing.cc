@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
 namespace {
+
+constexpr double kFirstTemperature = 0.1;  // in units of J
+constexpr double kLastTemperature = 0.002;
+constexpr double kInitialStep = 0.3;  // of the box's sides
 
 double Uniform(std::mt19937_64& generator) {
   return (static_cast<double>(generator() >> 11) + 0.5) * 0x1p-53;  // in (0, 1)
@@ -22,45 +24,25 @@ double Normal(std::mt19937_64& generator) {
 
 }  // namespace
 
-absl::Status AnnealingOptions::Validate() const {
-  if (!(evaluations >= 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("evaluations = %d; it must not be negative", evaluations));
-  }
-  if (!(last_temperature > 0.0 && first_temperature >= last_temperature &&
-        std::isfinite(first_temperature))) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "first_temperature = %g, last_temperature = %g; they must be positive and falling",
-        first_temperature, last_temperature));
-  }
-  if (!(initial_step > 0.0) || std::isinf(initial_step)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("initial_step = %g; it must be finite and positive", initial_step));
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<AnnealingResult> Anneal(
     absl::FunctionRef<absl::StatusOr<double>(const std::vector<double>&)> objective,
-    const std::vector<double>& start, const HyperparameterBounds& bounds,
-    const AnnealingOptions& options) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+    const std::vector<double>& start, const HyperparameterBounds& bounds, int64_t evaluations,
+    uint64_t seed) {
   EGOSIEVE_RETURN_IF_ERROR(bounds.Validate(static_cast<int64_t>(start.size())));
-  std::mt19937_64 generator(options.seed);
+  std::mt19937_64 generator(seed);
   AnnealingResult best;
   best.theta = start;
   bounds.Clamp(best.theta);
-  best.objective = -std::numeric_limits<double>::infinity();
   std::vector<double> now = best.theta;
   double now_objective = best.objective;
-  for (int64_t k = 0; k < options.evaluations; ++k) {
-    const double progress = static_cast<double>(k) / std::max<int64_t>(1, options.evaluations - 1);
-    const double ratio = std::pow(options.last_temperature / options.first_temperature, progress);
+  for (int64_t k = 0; k < evaluations; ++k) {
+    const double progress = static_cast<double>(k) / std::max<int64_t>(1, evaluations - 1);
+    const double ratio = std::pow(kLastTemperature / kFirstTemperature, progress);
     std::vector<double> candidate = now;
     if (k > 0) {
       const size_t always = generator() % candidate.size();
       for (size_t i = 0; i < candidate.size(); ++i) {
-        const double step = options.initial_step * std::sqrt(ratio) * Normal(generator);
+        const double step = kInitialStep * std::sqrt(ratio) * Normal(generator);
         if (i == always || generator() % 2 == 0) {
           candidate[i] += step * (bounds.upper[i] - bounds.lower[i]);
         }
@@ -68,12 +50,10 @@ absl::StatusOr<AnnealingResult> Anneal(
       bounds.Clamp(candidate);
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const double value, objective(candidate));
-    ++best.evaluations;
-    const double threshold = options.first_temperature * ratio * std::log(Uniform(generator));
+    const double threshold = kFirstTemperature * ratio * std::log(Uniform(generator));
     if (value >= now_objective || value - now_objective >= threshold) {
       now = candidate;
       now_objective = value;
-      ++best.accepted;
     }
     if (value > best.objective) {
       best.theta = candidate;

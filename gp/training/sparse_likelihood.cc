@@ -5,11 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_format.h"
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/model/sparse_solution.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_gradient.h"
 
@@ -20,8 +18,7 @@ using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
 absl::Status CheckArguments(const Hyperparameters& hyperparameters, const Observations& data,
-                            ConstMatrixView<double> inducing,
-                            const SparseLikelihoodOptions& options) {
+                            ConstMatrixView<double> inducing, const SparseModelOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   const int64_t dimension = hyperparameters.covariance.input_dimension();
@@ -51,17 +48,13 @@ struct Terms {
 absl::StatusOr<Terms> ComputeTerms(kernels::Context& context,
                                    const Hyperparameters& hyperparameters, const PointSet& points,
                                    ConstMatrixView<double> inducing,
-                                   const SparseLikelihoodOptions& options) {
-  SparseModelOptions model;
-  model.approximation = options.objective == SparseObjective::kFitc ? SparseApproximation::kFitc
-                                                                    : SparseApproximation::kDtc;
-  model.relative_jitter = options.relative_jitter;
+                                   const SparseModelOptions& options) {
   std::vector<double> inputs;
   for (int64_t i = 0; i < inducing.rows; ++i) {
     inputs.insert(inputs.end(), inducing.row(i), inducing.row(i) + inducing.cols);
   }
   Terms terms;
-  EGOSIEVE_ASSIGN_OR_RETURN(terms.solution, SolveSparse(context, model, hyperparameters, points,
+  EGOSIEVE_ASSIGN_OR_RETURN(terms.solution, SolveSparse(context, options, hyperparameters, points,
                                                         std::move(inputs), &terms.projections));
   const int64_t n = points.size(), m = inducing.rows;
   const SparseSolution& solution = terms.solution;
@@ -85,14 +78,14 @@ struct PointDerivatives {
   double noise = 0.0;         // sum of s
 };
 
-PointDerivatives DerivativesOf(const Terms& terms, SparseObjective objective) {
+PointDerivatives DerivativesOf(const Terms& terms, SparseApproximation approximation) {
   PointDerivatives derivatives;
   const int64_t m = terms.inducing();
   for (int64_t i = 0; i < terms.points(); ++i) {
     const double lambda = terms.solution.lambda[i];
     const double* h = terms.half.row(i);
     const double g = terms.beta[i] * terms.beta[i] - (1.0 - Square(h, m) / lambda) / lambda;
-    if (objective == SparseObjective::kFitc) {
+    if (approximation == SparseApproximation::kFitc) {
       // If rounding made k_ii - q_ii negative, it is treated as the constant 0.
       derivatives.prior.push_back(terms.missed[i] > 0.0 ? 0.5 * g : 0.0);
       derivatives.noise += 0.5 * g;
@@ -152,18 +145,9 @@ AlignedMatrix InducingWeights(const Terms& terms, const std::vector<double>& pri
 
 }  // namespace
 
-absl::Status SparseLikelihoodOptions::Validate() const {
-  if (relative_jitter >= 0.0 && std::isfinite(relative_jitter)) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrFormat("relative_jitter = %g; it must be finite and not negative", relative_jitter));
-}
-
-absl::StatusOr<MarginalLikelihood> ComputeSparseLikelihood(kernels::Context& context,
-                                                           const Hyperparameters& hyperparameters,
-                                                           const Observations& data,
-                                                           ConstMatrixView<double> inducing,
-                                                           LikelihoodOrder order,
-                                                           const SparseLikelihoodOptions& options) {
+absl::StatusOr<MarginalLikelihood> ComputeSparseLikelihood(
+    kernels::Context& context, const Hyperparameters& hyperparameters, const Observations& data,
+    ConstMatrixView<double> inducing, LikelihoodOrder order, const SparseModelOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(CheckArguments(hyperparameters, data, inducing, options));
   PointSet points;
   points.Append(data, 0);
@@ -175,13 +159,14 @@ absl::StatusOr<MarginalLikelihood> ComputeSparseLikelihood(kernels::Context& con
   for (int64_t j = 0; j < m; ++j) sum += 2.0 * std::log(solution.sum_factor.row(j)[j]);
   for (int64_t i = 0; i < n; ++i) {
     sum += std::log(solution.lambda[i]) + points.targets[i] * terms.beta[i];  // (SL1)
-    if (options.objective == SparseObjective::kVfe) sum += terms.missed[i] / solution.lambda[i];
+    if (options.approximation == SparseApproximation::kDtc)
+      sum += terms.missed[i] / solution.lambda[i];
   }
   MarginalLikelihood result;
   result.value = -0.5 * sum;
   if (order == LikelihoodOrder::kValue) return result;
 
-  const PointDerivatives derivatives = DerivativesOf(terms, options.objective);
+  const PointDerivatives derivatives = DerivativesOf(terms, options.approximation);
   const AlignedMatrix u = CrossWeights(terms, derivatives.prior);
   const AlignedMatrix b = InducingWeights(terms, derivatives.prior);
   const kernels::CovarianceParameters& covariance = hyperparameters.covariance;

@@ -33,27 +33,19 @@
 #include "absl/status/statusor.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/model/point_set.h"
+#include "gp/model/sparse_solution.h"
 #include "gp/training/marginal_likelihood.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
 
-enum class SparseObjective { kVfe, kFitc };
-
-struct SparseLikelihoodOptions {
-  SparseObjective objective = SparseObjective::kVfe;
-  double relative_jitter = 1e-6;  // of sigma_n^2, on K_uu's diagonal at first
-
-  // InvalidArgument unless the jitter is finite and not negative.
-  absl::Status Validate() const;
-};
-
-// inducing: m x D, m > 0. Observations of one output; the zero mean; otherwise InvalidArgument.
+// inducing: m x D, m > 0. options: FITC's objective for FITC, else VFE, and the jitter on K_uu.
+// Observations of one output; the zero mean; otherwise InvalidArgument.
 // FailedPrecondition if K_uu is not positive definite with the largest jitter.
 absl::StatusOr<MarginalLikelihood> ComputeSparseLikelihood(
     kernels::Context& context, const Hyperparameters& hyperparameters, const Observations& data,
     kernels::ConstMatrixView<double> inducing, LikelihoodOrder order,
-    const SparseLikelihoodOptions& options = {});
+    const SparseModelOptions& options = {});
 
 }  // namespace egosieve::gp

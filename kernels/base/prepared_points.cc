@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "absl/container/fixed_array.h"
+#include "kernels/base/argument_checks.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::kernels {
 
@@ -57,6 +59,12 @@ PreparedRows::PreparedRows(const CovarianceParameters& parameters, ConstMatrixVi
     : width_(PreparedWidth(parameters)), values_(x.rows * width_) {
   const PointPreparation preparation(parameters);
   for (int64_t i = 0; i < x.rows; ++i) preparation.Prepare(x.row(i), &values_[i * width_], 1);
+}
+
+absl::Status CheckPoints(std::string_view name, const CovarianceParameters& parameters,
+                         ConstMatrixView<double> points) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape(name, points, points.rows, parameters.input_dimension()));
+  return CheckFinite(name, points);
 }
 
 template void PointPreparation::Prepare(const double*, double*, int64_t) const;

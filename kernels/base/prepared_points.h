@@ -7,8 +7,10 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
 
@@ -53,10 +55,8 @@ class PreparedRows {
   std::vector<double> values_;
 };
 
-// Prepares one point without a centre.
-template <typename Input, typename Real>
-void PreparePoint(const CovarianceParameters& parameters, const Input* x, Real* out, int64_t step) {
-  PointPreparation(parameters).Prepare(x, out, step);
-}
+// InvalidArgument, with the `name`, unless the points have the covariance's D and are finite.
+absl::Status CheckPoints(std::string_view name, const CovarianceParameters& parameters,
+                         ConstMatrixView<double> points);
 
 }  // namespace egosieve::kernels

@@ -33,7 +33,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
-#include "kernels/covariance/covariance_function.h"
+#include "kernels/covariance/elementary.h"
 
 namespace egosieve::kernels {
 
@@ -52,11 +52,9 @@ constexpr double kHalfPi = 1.57079632679489661923;
 constexpr double kSmallestQuarter = 1e-30;
 
 // $C: number of components. $B: the h below which the dot product's rounding exceeds 1e-6
-// (arcsine.h); there h comes from the difference of vectors, lane by lane. $DOT_SUFFICES: no lane
-// can be below.
-constexpr char kArcsinePreparation[] = R"(
-static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
-  double half_norm = scales[0] * scales[0];
+// (arcsine.h); there h comes from the difference of vectors, lane by lane. $PLAIN: no lane can be
+// below.
+constexpr char kArcsinePreparation[] = R"(  double half_norm = scales[0] * scales[0];
   for (int d = 0; d < $D; ++d) {
     const double a = scales[d + 1] * x[d];
     half_norm += a * a;
@@ -66,7 +64,6 @@ static inline void prepare_point@(const double* scales, const double* x, const d
   point[0] = factor * scales[0];
   for (int d = 0; d < $D; ++d) point[d + 1] = factor * (scales[d + 1] * x[d]);
   point[$D + 1] = fmax(0.25 * e, $SMALLEST);
-}
 )";
 
 constexpr char kArcsineCode[] = R"(
@@ -96,7 +93,7 @@ static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) 
   const REALV h = half_of_difference@(a, b, dot);
 #else
   REALV h = fma(fabs(dot), (REALV)-2, (REALV)0.5f);
-#if !$DOT_SUFFICES
+#if !$PLAIN
   if (any_below(h, $Bf)) {
     const REALV accurate = half_of_difference@(a, b, dot);
     h = h < (REALV)$Bf ? accurate : h;
@@ -128,13 +125,15 @@ static inline float unit_variance@(__global const float* point, const long strid
 }
 )";
 
-class Arcsine : public CovarianceDescription {
+class Arcsine : public Elementary {
  public:
   Arcsine()
-      : CovarianceDescription(
+      : Elementary(
             {{false, ScaleGroup::Unit::kNone, std::exp(0.5 * 1.4), 0.5 * -5.0, 0.5 * 7.0},
-             {true, ScaleGroup::Unit::kInverseInput, std::exp(0.5 * 1.4), 0.5 * -5.0, 0.5 * 7.0}}) {
-  }
+             {true, ScaleGroup::Unit::kInverseInput, std::exp(0.5 * 1.4), 0.5 * -5.0, 0.5 * 7.0}},
+            kArcsineCode,
+            absl::StrReplaceAll(kArcsinePreparation,
+                                {{"$SMALLEST", absl::StrFormat("%.17g", kSmallestQuarter)}})) {}
 
   int64_t PointWidth(int64_t dimension) const override { return dimension + 2; }
 
@@ -192,18 +191,10 @@ class Arcsine : public CovarianceDescription {
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     const int64_t components = request.dimension + 1;
-    return WithSuffix(
-        absl::StrReplaceAll(kArcsineCode,
-                            {{"$C", absl::StrCat(components)},
-                             {"$B", absl::StrFormat("%.9f", DifferenceThreshold(components))},
-                             {"$DOT_SUFFICES", DotSuffices(request) ? "1" : "0"}}),
-        request);
-  }
-  std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(
-        absl::StrReplaceAll(kArcsinePreparation,
-                            {{"$SMALLEST", absl::StrFormat("%.17g", kSmallestQuarter)}}),
-        request);
+    return absl::StrReplaceAll(Elementary::DeviceCode(request),
+                               {{"$C", absl::StrCat(components)},
+                                {"$B", absl::StrFormat("%.9f", DifferenceThreshold(components))},
+                                {"$PLAIN", DotSuffices(request) ? "1" : "0"}});
   }
 
   std::string DeviceNote(const DeviceCodeRequest& request) const override {

@@ -1,12 +1,12 @@
 // Functions of some of the inputs; see covariance_expression.h.
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/container/fixed_array.h"
 #include "absl/strings/str_cat.h"
 #include "kernels/covariance/covariance_composition.h"
+#include "kernels/covariance/elementary.h"
 
 namespace egosieve::kernels {
 namespace {

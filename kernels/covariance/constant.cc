@@ -1,17 +1,11 @@
 // The constant covariance, f(x, x') = 1, for functions that have the same value everywhere; no
 // scales.
 #include <memory>
-#include <string>
 
-#include "kernels/covariance/scaleless.h"
+#include "kernels/covariance/elementary.h"
 
 namespace egosieve::kernels {
 namespace {
-
-constexpr char kConstantPreparation[] = R"(
-static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
-}
-)";
 
 constexpr char kConstantCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) { return (REALV)1; }
@@ -22,6 +16,8 @@ static inline float unit_variance@(__global const float* point, const long strid
 
 class Constant : public Scaleless {
  public:
+  Constant() : Scaleless(kConstantCode, "") {}
+
   int64_t PointWidth(int64_t /*dimension*/) const override { return 0; }
   void Prepare(const double* /*scales*/, int64_t /*dimension*/, const double* /*x*/,
                const double* /*centre*/, double* /*point*/) const override {}
@@ -30,12 +26,6 @@ class Constant : public Scaleless {
   }
   double SpectralMass(const double* /*scales*/, int64_t /*dimension*/) const override {
     return 1.0;
-  }
-  std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kConstantCode, request);
-  }
-  std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kConstantPreparation, request);
   }
 };
 

@@ -7,6 +7,8 @@
 #include "absl/container/fixed_array.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/substitute.h"
+#include "kernels/covariance/elementary.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -71,38 +73,24 @@ class Composition : public CovarianceDescription {
 
   void AddGradient(int64_t dimension, const double* a, const double* b, double weight,
                    double* gradient) const override {
-    const double* first_a = a;
-    const double* first_b = b;
-    for (size_t i = 0; i < parts_.size(); ++i) {
-      double factor = weight;
-      if (HasAmplitude(i)) {
-        factor *= *a++ * *b++;
-        *gradient++ += 2.0 * factor * parts_[i]->Value(dimension, a, b);
-      }
-      if (!is_sum_) factor *= ProductWithout(i, dimension, first_a, first_b);
-      parts_[i]->AddGradient(dimension, a, b, factor, gradient);
-      gradient += parts_[i]->ScaleCount(dimension);
-      a += parts_[i]->PointWidth(dimension);
-      b += parts_[i]->PointWidth(dimension);
-    }
+    ForEachPart(dimension, a, b, weight,
+                [&](size_t i, const double* p, const double* q, double factor) {
+                  if (HasAmplitude(i)) {
+                    *gradient++ += 2.0 * factor * parts_[i]->Value(dimension, p, q);
+                  }
+                  parts_[i]->AddGradient(dimension, p, q, factor, gradient);
+                  gradient += parts_[i]->ScaleCount(dimension);
+                });
   }
 
   void AddInputGradient(const double* scales, int64_t dimension, const double* a, const double* b,
                         double weight, double* gradient) const override {
-    const double* first_a = a;
-    const double* first_b = b;
-    for (size_t i = 0; i < parts_.size(); ++i) {
-      double factor = weight;
-      if (HasAmplitude(i)) {
-        factor *= *a++ * *b++;
-        ++scales;
-      }
-      if (!is_sum_) factor *= ProductWithout(i, dimension, first_a, first_b);
-      parts_[i]->AddInputGradient(scales, dimension, a, b, factor, gradient);
-      scales += parts_[i]->ScaleCount(dimension);
-      a += parts_[i]->PointWidth(dimension);
-      b += parts_[i]->PointWidth(dimension);
-    }
+    ForEachPart(dimension, a, b, weight,
+                [&](size_t i, const double* p, const double* q, double factor) {
+                  if (HasAmplitude(i)) ++scales;
+                  parts_[i]->AddInputGradient(scales, dimension, p, q, factor, gradient);
+                  scales += parts_[i]->ScaleCount(dimension);
+                });
   }
 
   double Variance(const double* scales, int64_t dimension, const double* x) const override {
@@ -230,15 +218,27 @@ class Composition : public CovarianceDescription {
     return {points.data + first, points.rows, count, points.stride};
   }
 
-  double ProductWithout(size_t left_out, int64_t dimension, const double* a,
-                        const double* b) const {
-    double product = 1.0;
+  // Calls visit(i, a, b, factor) for every part, with its values of both points and `weight` times
+  // what the part's value is multiplied by.
+  template <typename Visit>
+  void ForEachPart(int64_t dimension, const double* a, const double* b, double weight,
+                   const Visit& visit) const {
+    absl::FixedArray<double, 16> values(is_sum_ ? 0 : parts_.size());
+    const double *p = a, *q = b;
+    for (size_t i = 0; i < values.size(); ++i) {
+      values[i] = parts_[i]->Value(dimension, p, q);
+      p += parts_[i]->PointWidth(dimension);
+      q += parts_[i]->PointWidth(dimension);
+    }
     for (size_t i = 0; i < parts_.size(); ++i) {
-      if (i != left_out) product *= parts_[i]->Value(dimension, a, b);
+      double factor = weight;
+      if (HasAmplitude(i)) factor *= *a++ * *b++;
+      double others = 1.0;
+      for (size_t j = 0; j < values.size(); ++j) others *= j == i ? 1.0 : values[j];
+      visit(i, a, b, factor * others);
       a += parts_[i]->PointWidth(dimension);
       b += parts_[i]->PointWidth(dimension);
     }
-    return product;
   }
 
   std::vector<Part> parts_;
@@ -297,14 +297,7 @@ class Isotropic : public CovarianceDescription {
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     DeviceCodeRequest part = request;
     part.suffix = request.suffix + "_0";
-    std::string sums;
-    int64_t next = 0;
-    for (size_t g = 0; g < part_->scale_groups().size(); ++g) {
-      const int64_t count = part_->scale_groups()[g].per_input ? request.dimension : 1;
-      absl::StrAppend(&sums, "  for (int d = ", next, "; d < ", next + count, "; ++d) sums[", g,
-                      "] += all[d];\n");
-      next += count;
-    }
+    const int64_t all = part_->ScaleCount(request.dimension);
     return absl::StrCat(part_->DeviceCode(part),
                         WithSuffix(R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) { return unit_covariance@_0(a, b); }
@@ -315,29 +308,35 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
                                  REALV* sums) {
 )",
                                    request),
-                        "  REALV all[", std::max<int64_t>(next, 1), "];\n  for (int d = 0; d < ",
-                        next, "; ++d) all[d] = (REALV)0;\n",
-                        WithSuffix("  add_gradient@_0(a, b, k, weight, all);\n", request), sums,
-                        "}\n");
+                        "  REALV all[", std::max<int64_t>(all, 1), "];\n  for (int d = 0; d < ",
+                        all, "; ++d) all[d] = (REALV)0;\n",
+                        WithSuffix("  add_gradient@_0(a, b, k, weight, all);\n", request),
+                        OfGroups(request.dimension, "sums[$0] += all[d]"), "}\n");
   }
 
   std::string PreparationCode(const DeviceCodeRequest& request) const override {
     DeviceCodeRequest part = request;
     part.suffix = request.suffix + "_0";
-    std::string expansion;
-    int64_t next = 0;
-    for (size_t g = 0; g < part_->scale_groups().size(); ++g) {
-      const int64_t count = part_->scale_groups()[g].per_input ? request.dimension : 1;
-      absl::StrAppend(&expansion, "  for (int d = ", next, "; d < ", next + count,
-                      "; ++d) all[d] = scales[", g, "];\n");
-      next += count;
-    }
     return absl::StrCat(part_->PreparationCode(part), WithSuffix(kPreparationHead, request),
-                        "  double all[", std::max<int64_t>(next, 1), "];\n", expansion,
+                        "  double all[", std::max<int64_t>(part_->ScaleCount(request.dimension), 1),
+                        "];\n", OfGroups(request.dimension, "all[d] = scales[$0]"),
                         "  prepare_point", part.suffix, "(all, x, centre, point);\n}\n");
   }
 
  private:
+  // Device code that does this for every scale d of every group $0.
+  std::string OfGroups(int64_t dimension, const char* statement) const {
+    std::string code;
+    int64_t next = 0;
+    for (size_t g = 0; g < part_->scale_groups().size(); ++g) {
+      const int64_t end = next + (part_->scale_groups()[g].per_input ? dimension : 1);
+      absl::StrAppend(&code, "  for (int d = ", next, "; d < ", end, "; ++d) ",
+                      absl::Substitute(statement, g), ";\n");
+      next = end;
+    }
+    return code;
+  }
+
   absl::FixedArray<double, 64> Expanded(const double* scales, int64_t dimension) const {
     absl::FixedArray<double, 64> all(part_->ScaleCount(dimension));
     double* next = all.data();

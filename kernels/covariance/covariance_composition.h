@@ -9,11 +9,6 @@
 
 namespace egosieve::kernels {
 
-// The first line of a part's prepare_point, open.
-inline constexpr char kPreparationHead[] = R"(
-static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
-)";
-
 using CovariancePart = std::shared_ptr<const CovarianceDescription>;
 
 // At least two parts.

@@ -6,17 +6,13 @@
 // Float32: (D + 2) u |p| |p'|.
 #include <cmath>
 #include <memory>
-#include <string>
 
-#include "kernels/covariance/covariance_function.h"
+#include "kernels/covariance/elementary.h"
 
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kLinearPreparation[] = R"(
-static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
-  for (int d = 0; d < $D; ++d) point[d] = scales[d] * x[d];
-}
+constexpr char kLinearPreparation[] = R"(  for (int d = 0; d < $D; ++d) point[d] = scales[d] * x[d];
 )";
 
 constexpr char kLinearCode[] = R"(
@@ -39,11 +35,11 @@ static inline float unit_variance@(__global const float* point, const long strid
 }
 )";
 
-class Linear : public CovarianceDescription {
+class Linear : public Elementary {
  public:
   Linear()
-      : CovarianceDescription(
-            {{true, ScaleGroup::Unit::kInverseInput, 1.0, std::log(0.05), std::log(20.0)}}) {}
+      : Elementary({{true, ScaleGroup::Unit::kInverseInput, 1.0, std::log(0.05), std::log(20.0)}},
+                   kLinearCode, kLinearPreparation) {}
 
   int64_t PointWidth(int64_t dimension) const override { return dimension; }
 
@@ -72,13 +68,6 @@ class Linear : public CovarianceDescription {
     double sum = 0.0;
     for (int64_t d = 0; d < dimension; ++d) sum += weights[d] * x[d] * weights[d] * x[d];
     return sum;
-  }
-
-  std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kLinearCode, request);
-  }
-  std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kLinearPreparation, request);
   }
 };
 

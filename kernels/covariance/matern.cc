@@ -17,9 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <string>
 
-#include "absl/strings/str_cat.h"
 #include "kernels/covariance/scaled_difference.h"
 
 namespace egosieve::kernels {
@@ -65,9 +63,8 @@ class Matern : public ScaledDifference {
  public:
   // twice_nu: 1, 3 or 5.
   Matern(int twice_nu, const char* device_code)
-      : ScaledDifference(std::sqrt(static_cast<double>(twice_nu))),
-        twice_nu_(twice_nu),
-        device_code_(device_code) {}
+      : ScaledDifference(std::sqrt(static_cast<double>(twice_nu)), device_code),
+        twice_nu_(twice_nu) {}
 
   double Value(int64_t dimension, const double* a, const double* b) const override {
     const double square = std::min(SquaredDistance(dimension, a, b), 1e10), r = std::sqrt(square);
@@ -89,12 +86,6 @@ class Matern : public ScaledDifference {
     for (int64_t d = 0; d < dimension; ++d) frequency[d] += factor * normal() / lengths[d];
   }
 
-  std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(
-        absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, device_code_),
-        request);
-  }
-
  protected:
   double Slope(int64_t dimension, const double* a, const double* b) const override {
     const double r = std::sqrt(std::min(SquaredDistance(dimension, a, b), 1e10));
@@ -105,7 +96,6 @@ class Matern : public ScaledDifference {
 
  private:
   int twice_nu_;
-  const char* device_code_;
 };
 
 const CovarianceRegistration kOneHalf("matern12", std::make_unique<Matern>(1, kCodeOneHalf));

@@ -11,7 +11,6 @@
 // Float32: 2 u / l_d per input from rounding sines and cosines, for any x; and 10 u.
 #include <cmath>
 #include <memory>
-#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/covariance/scaled_difference.h"
@@ -19,15 +18,12 @@
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kPeriodicPreparation[] = R"(
-static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
-  for (int d = 0; d < $D; ++d) {
+constexpr char kPeriodicPreparation[] = R"(  for (int d = 0; d < $D; ++d) {
     const double angle = 2.0 * M_PI * ((x[d] - centre[d]) / scales[$D + d]);
     point[d] = cos(angle) / scales[d];
     point[$D + d] = sin(angle) / scales[d];
     point[2 * $D + d] = angle;
   }
-}
 )";
 
 constexpr char kPeriodicCode[] = R"(
@@ -53,12 +49,12 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 }
 )";
 
-class Periodic : public CovarianceDescription {
+class Periodic : public Elementary {
  public:
   Periodic()
-      : CovarianceDescription(
-            {LengthOnTheCircle(),
-             {true, ScaleGroup::Unit::kInput, 1.0, std::log(0.05), std::log(20.0)}}) {}
+      : Elementary({{true, ScaleGroup::Unit::kNone, 1.0, std::log(0.05), std::log(20.0)},
+                    {true, ScaleGroup::Unit::kInput, 1.0, std::log(0.05), std::log(20.0)}},
+                   absl::StrCat(kUnitVarianceCode, kPeriodicCode), kPeriodicPreparation) {}
 
   int64_t PointWidth(int64_t dimension) const override { return 3 * dimension; }
 
@@ -94,23 +90,6 @@ class Periodic : public CovarianceDescription {
       const double sine = a[dimension + d] * b[d] - a[d] * b[dimension + d];
       gradient[d] -= factor * sine / scales[dimension + d];
     }
-  }
-
-  double Variance(const double* /*scales*/, int64_t /*dimension*/,
-                  const double* /*x*/) const override {
-    return 1.0;
-  }
-
-  std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(absl::StrCat(kUnitVarianceCode, kPeriodicCode), request);
-  }
-  std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kPeriodicPreparation, request);
-  }
-
- private:
-  static ScaleGroup LengthOnTheCircle() {
-    return {true, ScaleGroup::Unit::kNone, 1.0, std::log(0.05), std::log(20.0)};
   }
 };
 

@@ -9,21 +9,15 @@
 // exponential; and 40 u.
 #include <cmath>
 #include <memory>
-#include <string>
 
-#include "absl/strings/str_cat.h"
 #include "kernels/covariance/scaled_difference.h"
 
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kRationalQuadraticPreparation[] = R"(
-static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
-  scale_differences@(scales + 1, x, centre, 1.0, point);
-  const double divisor = sqrt(2.0 * scales[0]);
+constexpr char kRationalQuadraticPreparation[] = R"(  const double divisor = sqrt(2.0 * scales[0]);
   for (int d = 0; d < $D; ++d) point[d] /= divisor;
   point[$D] = scales[0];
-}
 )";
 
 constexpr char kRationalQuadraticCode[] = R"(
@@ -43,9 +37,10 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 class RationalQuadratic : public ScaledDifference {
  public:
   RationalQuadratic()
-      : ScaledDifference(1.0,
+      : ScaledDifference(1.0, kRationalQuadraticCode,
                          {{false, ScaleGroup::Unit::kNone, 1.0, std::log(0.05), std::log(100.0)},
-                          LengthScales()}) {}
+                          LengthScales()},
+                         1, kRationalQuadraticPreparation) {}
 
   int64_t PointWidth(int64_t dimension) const override { return dimension + 1; }
 
@@ -74,15 +69,6 @@ class RationalQuadratic : public ScaledDifference {
     // p_d = x_d / (l_d sqrt(2 alpha)).
     ScaledDifference::AddInputGradient(scales + 1, dimension, a, b,
                                        weight / std::sqrt(2.0 * scales[0]), gradient);
-  }
-
-  std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode,
-                                   kRationalQuadraticCode),
-                      request);
-  }
-  std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(absl::StrCat(kScaleDifferencesCode, kRationalQuadraticPreparation), request);
   }
 
  protected:

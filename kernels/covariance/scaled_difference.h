@@ -7,13 +7,12 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "kernels/covariance/covariance_function.h"
+#include "kernels/covariance/elementary.h"
 
 namespace egosieve::kernels {
 
@@ -27,11 +26,6 @@ static inline REALV squared_distance@(const REALV* a, POINT_SPACE const REAL* b)
   }
   return square;
 }
-)";
-
-// Device code for functions with f(x, x) = 1.
-inline constexpr char kUnitVarianceCode[] = R"(
-static inline float unit_variance@(__global const float* point, const long stride) { return 1.0f; }
 )";
 
 // Device code of sums[d] += factor q_d.
@@ -73,7 +67,7 @@ inline void AddSquares(int64_t components, const double* a, const double* b, dou
 
 // Functions of s; the first D values of a prepared point are p. With a = p(x), b = p(x') and the
 // factor g of dv / dlog l_d = g q_d, df(x, x') / dx_d = -g m (p_d - p'_d) / l_d.
-class ScaledDifference : public CovarianceDescription {
+class ScaledDifference : public Elementary {
  public:
   int64_t PointWidth(int64_t dimension) const override { return dimension; }
 
@@ -95,27 +89,22 @@ class ScaledDifference : public CovarianceDescription {
                    gradient);
   }
 
-  double Variance(const double* /*scales*/, int64_t /*dimension*/,
-                  const double* /*x*/) const override {
-    return 1.0;
-  }
-
-  std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(
-        absl::StrCat(kScaleDifferencesCode,
-                     "static inline void prepare_point@(const double* scales, const double* x, "
-                     "const double* "
-                     "centre, double* point) {\n  scale_differences@(scales, x, centre, ",
-                     absl::StrFormat("%.17g", multiplier_), ", point);\n}\n"),
-        request);
-  }
-
  protected:
   // g.
   virtual double Slope(int64_t dimension, const double* a, const double* b) const = 0;
 
-  explicit ScaledDifference(double multiplier, std::vector<ScaleGroup> groups = {LengthScales()})
-      : CovarianceDescription(std::move(groups)), multiplier_(multiplier) {}
+  // own_code: what follows the functions above; preparation: what follows scale_differences of the
+  // scales from `first_length` on.
+  ScaledDifference(double multiplier, const char* own_code,
+                   std::vector<ScaleGroup> groups = {LengthScales()}, int first_length = 0,
+                   const char* preparation = "")
+      : Elementary(
+            std::move(groups),
+            absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, own_code),
+            absl::StrFormat("  scale_differences@(scales + %d, x, centre, %.17g, point);\n%s",
+                            first_length, multiplier, preparation),
+            kScaleDifferencesCode),
+        multiplier_(multiplier) {}
 
  private:
   double multiplier_;  // m

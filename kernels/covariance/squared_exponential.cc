@@ -8,9 +8,7 @@
 // Float32: 0.61 u (|p| + |p'|) from rounding the points (scaled_difference.h), and 10 u.
 #include <cmath>
 #include <memory>
-#include <string>
 
-#include "absl/strings/str_cat.h"
 #include "kernels/covariance/scaled_difference.h"
 
 namespace egosieve::kernels {
@@ -29,7 +27,7 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 
 class SquaredExponential : public ScaledDifference {
  public:
-  SquaredExponential() : ScaledDifference(1.0) {}
+  SquaredExponential() : ScaledDifference(1.0, kSquaredExponentialCode) {}
 
   double Value(int64_t dimension, const double* a, const double* b) const override {
     return std::exp(-0.5 * SquaredDistance(dimension, a, b));
@@ -41,12 +39,6 @@ class SquaredExponential : public ScaledDifference {
   void AddFrequency(const double* lengths, int64_t dimension, absl::FunctionRef<double()> normal,
                     double* frequency) const override {
     for (int64_t d = 0; d < dimension; ++d) frequency[d] += normal() / lengths[d];
-  }
-
-  std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode,
-                                   kSquaredExponentialCode),
-                      request);
   }
 
  protected:

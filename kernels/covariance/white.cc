@@ -6,19 +6,14 @@
 // equal.
 #include <algorithm>
 #include <memory>
-#include <string>
 
 #include "absl/strings/str_cat.h"
-#include "kernels/covariance/scaled_difference.h"
-#include "kernels/covariance/scaleless.h"
+#include "kernels/covariance/elementary.h"
 
 namespace egosieve::kernels {
 namespace {
 
-constexpr char kWhitePreparation[] = R"(
-static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
-  for (int d = 0; d < $D; ++d) point[d] = x[d] - centre[d];
-}
+constexpr char kWhitePreparation[] = R"(  for (int d = 0; d < $D; ++d) point[d] = x[d] - centre[d];
 )";
 
 constexpr char kWhiteCode[] = R"(
@@ -33,6 +28,8 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 
 class White : public Scaleless {
  public:
+  White() : Scaleless(absl::StrCat(kUnitVarianceCode, kWhiteCode), kWhitePreparation) {}
+
   int64_t PointWidth(int64_t dimension) const override { return dimension; }
   void Prepare(const double* /*scales*/, int64_t dimension, const double* x, const double* centre,
                double* point) const override {
@@ -40,12 +37,6 @@ class White : public Scaleless {
   }
   double Value(int64_t dimension, const double* a, const double* b) const override {
     return std::equal(a, a + dimension, b) ? 1.0 : 0.0;
-  }
-  std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(absl::StrCat(kUnitVarianceCode, kWhiteCode), request);
-  }
-  std::string PreparationCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(kWhitePreparation, request);
   }
 };
 

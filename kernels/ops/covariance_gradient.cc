@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
+#include "kernels/base/prepared_points.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/opencl_covariance.h"
 #include "kernels/reference/covariance.h"
@@ -16,8 +17,7 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        ConstMatrixView<double> x,
                                                        ConstMatrixView<double> w) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape("x", x, x.rows, parameters.input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("w", w, x.rows, x.rows));
   for (int64_t i = 0; i < w.rows; ++i) {
     // Only the lower triangle is read, so only its values must be finite.
@@ -39,10 +39,8 @@ absl::StatusOr<std::vector<double>> CrossCovarianceGradient(Context& context,
                                                             ConstMatrixView<double> z,
                                                             ConstMatrixView<double> w) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape("x", x, x.rows, parameters.input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape("z", z, z.rows, parameters.input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("z", z));
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints("z", parameters, z));
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("w", w, x.rows, z.rows));
   EGOSIEVE_RETURN_IF_ERROR(CheckFinite("w", w));
   if (context.is_reference() || !context.info().float64) {
@@ -55,8 +53,7 @@ absl::StatusOr<std::vector<double>> VarianceGradient(const CovarianceParameters&
                                                      ConstMatrixView<double> x,
                                                      absl::Span<const double> weights) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape("x", x, x.rows, parameters.input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
   if (static_cast<int64_t>(weights.size()) != x.rows) {
     return absl::InvalidArgumentError(
         absl::StrFormat("%d weights for %d points", weights.size(), x.rows));

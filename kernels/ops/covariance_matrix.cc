@@ -1,10 +1,9 @@
 #include "kernels/ops/covariance_matrix.h"
 
-#include <cmath>
 #include <utility>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
+#include "kernels/base/prepared_points.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/opencl_covariance.h"
 #include "kernels/reference/covariance.h"
@@ -13,12 +12,6 @@
 
 namespace egosieve::kernels {
 namespace {
-
-absl::Status CheckPoints(const char* name, const CovarianceParameters& parameters,
-                         ConstMatrixView<double> points) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape(name, points, points.rows, parameters.input_dimension()));
-  return CheckFinite(name, points);
-}
 
 template <typename T>
 bool RunsOnHost(const Context& context) {
@@ -41,10 +34,9 @@ absl::Status CovarianceMatrix(Context& context, const CovarianceParameters& para
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, x.rows, x.rows));
-  if (!(noise_variance >= 0.0) || std::isinf(noise_variance)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("noise_variance = %g; it must be finite and at least 0", noise_variance));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(
+      CheckOptions({{"noise_variance", noise_variance, IsNotNegative(noise_variance),
+                     "be finite and at least 0"}}));
   const bool lower_only = triangle == Triangle::kLower;
   if (RunsOnHost<T>(context)) {
     reference::CovarianceBlock(parameters, x, x, lower_only, out);

@@ -1,6 +1,5 @@
 #include "kernels/ops/exact_regression.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -8,6 +7,7 @@
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
+#include "kernels/base/prepared_points.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/device_linear_algebra.h"
 #include "kernels/ops/opencl_covariance.h"
@@ -24,11 +24,10 @@ using opencl::DeviceLinearAlgebra;
 using opencl::DeviceMatrix;
 using opencl::PreparedBlock;
 
-absl::Status CheckPoints(const CovarianceParameters& parameters, ConstMatrixView<double> x,
-                         double noise_variance, absl::Span<const double> variances) {
+absl::Status CheckNoisyPoints(const CovarianceParameters& parameters, ConstMatrixView<double> x,
+                              double noise_variance, absl::Span<const double> variances) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape("x", x, x.rows, parameters.input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
   if (x.rows < 1 || x.rows > std::numeric_limits<int32_t>::max()) {
     return absl::InvalidArgumentError("regression needs points");
   }
@@ -36,15 +35,12 @@ absl::Status CheckPoints(const CovarianceParameters& parameters, ConstMatrixView
     return absl::InvalidArgumentError(
         absl::StrFormat("%d noise variances for %d points", variances.size(), x.rows));
   }
-  if (!(noise_variance >= 0.0) || std::isinf(noise_variance)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("noise_variance = %g; it must be finite and at least 0", noise_variance));
-  }
+  const auto check = [](const char* name, double value) {
+    return CheckOptions({{name, value, IsNotNegative(value), "be finite and at least 0"}});
+  };
+  EGOSIEVE_RETURN_IF_ERROR(check("noise_variance", noise_variance));
   for (const double value : variances) {
-    if (!(value >= 0.0) || std::isinf(value)) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("a noise variance of %g; it must be finite and at least 0", value));
-    }
+    EGOSIEVE_RETURN_IF_ERROR(check("a point's noise variance", value));
   }
   return absl::OkStatus();
 }
@@ -171,7 +167,7 @@ absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
                                                 ConstMatrixView<double> y, double noise_variance,
                                                 absl::Span<const double> variances,
                                                 bool with_gradient) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(parameters, x, noise_variance, variances));
+  EGOSIEVE_RETURN_IF_ERROR(CheckNoisyPoints(parameters, x, noise_variance, variances));
   EGOSIEVE_RETURN_IF_ERROR(CheckTargets(x, y));
   constexpr char kDoing[] = "regressing on the device";
   EGOSIEVE_ASSIGN_OR_RETURN(Tools tools, Prepare(context, parameters, with_gradient, kDoing));
@@ -192,7 +188,7 @@ absl::StatusOr<int64_t> FactorizeOnDevice(Context& context, const CovariancePara
                                           ConstMatrixView<double> x, double noise_variance,
                                           absl::Span<const double> variances,
                                           MatrixView<double> out) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(parameters, x, noise_variance, variances));
+  EGOSIEVE_RETURN_IF_ERROR(CheckNoisyPoints(parameters, x, noise_variance, variances));
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, x.rows, x.rows));
   constexpr char kDoing[] = "factorising on the device";
   EGOSIEVE_ASSIGN_OR_RETURN(Tools tools, Prepare(context, parameters, false, kDoing));

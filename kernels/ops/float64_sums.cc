@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kernels/base/argument_checks.h"
+#include "kernels/base/prepared_points.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/device_linear_algebra.h"
 #include "kernels/ops/opencl_covariance.h"
@@ -50,8 +51,7 @@ class DeviceSums final : public Float64Sums {
 
   absl::Status Evaluate(ConstMatrixView<double> queries, MatrixView<double> sums,
                         double* norms) const override {
-    EGOSIEVE_RETURN_IF_ERROR(CheckShape("queries", queries, queries.rows, inputs_.cols));
-    EGOSIEVE_RETURN_IF_ERROR(CheckFinite("queries", queries));
+    EGOSIEVE_RETURN_IF_ERROR(CheckPoints("queries", covariance_, queries));
     EGOSIEVE_RETURN_IF_ERROR(CheckShape("sums", sums, queries.rows, weight_count_));
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context_->Borrow(kDoing));
     EGOSIEVE_ASSIGN_OR_RETURN(DeviceLinearAlgebra algebra,

@@ -17,11 +17,8 @@ constexpr double kFlopsPerInput = 10.0;  // of a derivative, approximately
 absl::Status CheckBoth(const CovarianceParameters& parameters, ConstMatrixView<double> x,
                        ConstMatrixView<double> z) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
-  const int64_t dimension = parameters.input_dimension();
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape("x", x, x.rows, dimension));
-  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape("z", z, z.rows, dimension));
-  return CheckFinite("z", z);
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
+  return CheckPoints("z", parameters, z);
 }
 
 }  // namespace
@@ -32,7 +29,7 @@ absl::Status CovarianceInputGradient(const CovarianceParameters& parameters,
   EGOSIEVE_RETURN_IF_ERROR(CheckBoth(parameters, x, z));
   const int64_t dimension = parameters.input_dimension();
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, x.rows, dimension));
-  if (w.rows != x.rows || w.cols != z.rows) {
+  if (w.rows != x.rows || w.cols != z.rows) {  // a stride of 0 has one row for all
     return absl::InvalidArgumentError(
         absl::StrFormat("w is %d x %d; it must be %d x %d", w.rows, w.cols, x.rows, z.rows));
   }

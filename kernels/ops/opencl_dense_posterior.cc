@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "kernels/base/aligned_array.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/device_preparation.h"
 #include "kernels/ops/enqueued_call.h"
@@ -49,33 +48,6 @@ int64_t MemoryCapBytes(const DensePosteriorOptions& options, const Context& cont
   return context.shares_host_memory() ? kLeastCapBytes
                                       : std::max(kLeastCapBytes, context.info().memory_bytes / 8);
 }
-
-// Holds results until all of them exist, since a device may fail in any chunk.
-class StagedOutputs {
- public:
-  StagedOutputs(const PosteriorOutputs& outputs, int64_t count)
-      : count_(count), targets_{outputs.mean, outputs.variance, outputs.probability} {
-    for (int i = 0; i < 3; ++i) {
-      if (targets_[i] != nullptr) values_[i] = AlignedArray<float>(count);
-    }
-  }
-
-  PosteriorOutputs From(int64_t first) {
-    const auto at = [&](int i) { return targets_[i] ? values_[i].data() + first : nullptr; };
-    return {at(0), at(1), at(2)};
-  }
-
-  void Commit() {
-    for (int i = 0; i < 3; ++i) {
-      if (targets_[i] != nullptr) std::copy_n(values_[i].data(), count_, targets_[i]);
-    }
-  }
-
- private:
-  int64_t count_;
-  std::array<float*, 3> targets_;
-  std::array<AlignedArray<float>, 3> values_;
-};
 
 // Some prepared queries of a call, and the place of their results.
 struct Chunk {

@@ -58,22 +58,14 @@ class Work {
  public:
   Work(ConstMatrixView<Query> queries, const PosteriorOutputs& outputs, int64_t piece,
        int64_t devices)
-      : queries_(queries),
-        piece_(piece),
-        next_(devices),
-        mean_(outputs.mean != nullptr ? queries.rows : 0),
-        variance_(outputs.variance != nullptr ? queries.rows : 0),
-        probability_(outputs.probability != nullptr ? queries.rows : 0) {}
+      : queries_(queries), piece_(piece), next_(devices), staged_(outputs, queries.rows) {}
 
   // Evaluates piece `first`, and then pieces that no device has taken.
   void Run(const DensePosterior& device, int64_t first) {
     for (int64_t piece = first; piece * piece_ < queries_.rows && !failed_; piece = next_++) {
       const int64_t begin = piece * piece_, end = std::min(begin + piece_, queries_.rows);
-      const auto counts = CatchExceptions([&] {
-        return device.Evaluate(
-            queries_.rows_between(begin, end),
-            {From(mean_, begin), From(variance_, begin), From(probability_, begin)});
-      });
+      const auto counts = CatchExceptions(
+          [&] { return device.Evaluate(queries_.rows_between(begin, end), staged_.From(begin)); });
       const std::lock_guard lock(mutex_);
       if (counts.ok()) {
         counts_.clamped_variances += counts->clamped_variances;
@@ -84,27 +76,17 @@ class Work {
     }
   }
 
-  absl::StatusOr<PosteriorCounts> Finish(const PosteriorOutputs& outputs) const {
+  absl::StatusOr<PosteriorCounts> Finish() {
     EGOSIEVE_RETURN_IF_ERROR(first_error_);
-    if (outputs.mean != nullptr) std::copy(mean_.begin(), mean_.end(), outputs.mean);
-    if (outputs.variance != nullptr) {
-      std::copy(variance_.begin(), variance_.end(), outputs.variance);
-    }
-    if (outputs.probability != nullptr) {
-      std::copy(probability_.begin(), probability_.end(), outputs.probability);
-    }
+    staged_.Commit();
     return counts_;
   }
 
  private:
-  static float* From(std::vector<float>& values, int64_t begin) {
-    return values.empty() ? nullptr : values.data() + begin;
-  }
-
   ConstMatrixView<Query> queries_;
   int64_t piece_;
   std::atomic<int64_t> next_;
-  std::vector<float> mean_, variance_, probability_;
+  StagedOutputs staged_;
   std::atomic<bool> failed_ = false;
   std::mutex mutex_;  // guards the members below
   PosteriorCounts counts_;
@@ -132,7 +114,7 @@ absl::StatusOr<PosteriorCounts> SharedPosterior::EvaluateQueries(
   work.Run(*devices_[0], 0);
   for (int64_t device = started; device < count; ++device) work.Run(*devices_[0], device);
   for (std::thread& thread : threads) thread.join();
-  return work.Finish(outputs);
+  return work.Finish();
 }
 
 }  // namespace

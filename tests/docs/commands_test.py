@@ -12,7 +12,7 @@ from documents import code_lines, commands, documents, inline_code, read, reposi
 
 PROGRAM = os.path.abspath('tools/egosieve')
 # Commands of ./run that are not the program's.
-OWN = ('bag', 'view', 'demo', 'evaluate', 'results', 'test', 'bench', 'bench_gpu', 'bench_drive', 'bench_live', 'bench_evidence', 'bench_colmap', 'bench_slam', 'slurm_demo', 'install', 'wheel', 'docs', 'setup', 'help')
+OWN = ('bag', 'view', 'demo', 'evaluate', 'results', 'test', 'bench', 'bench_gpu', 'bench_drive', 'bench_live', 'bench_colmap', 'bench_slam', 'slurm_demo', 'install', 'wheel', 'docs', 'setup', 'help')
 # Others' programs, and the shell's own words.
 FOREIGN = ('colmap', 'ns-train', 'docker', 'apptainer', 'cmake', 'cc', 'awk', 'export', 'source', 'clang-format', 'clang-tidy', 'build/kriging', 'colcon', 'ros2')
 

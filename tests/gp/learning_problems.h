@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "gp/covariance/hyperparameters.h"
+#include "gp/model/regression_model.h"
+#include "kernels/base/status_macros.h"
 #include "kernels/reference/covariance.h"
 #include "kernels/runtime/context.h"
 #include "tests/gp/linalg/random_matrices.h"
@@ -18,6 +20,28 @@ namespace egosieve::gp {
 inline std::shared_ptr<kernels::Context> TestContext() {
   static const auto context = Value(kernels::OpenContext());
   return context;
+}
+
+struct Prediction {
+  std::vector<double> mean;       // M x k
+  std::vector<double> variance;   // of f, M; empty if not requested
+  int64_t clamped_variances = 0;  // negative from rounding, set to 0
+};
+
+// The model's posterior in float64 at M x D points.
+inline absl::StatusOr<Prediction> Predict(const RegressionModel& model,
+                                          kernels::ConstMatrixView<double> points,
+                                          PredictWhat what) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto posterior, model.MakeFloat64Posterior());
+  Prediction prediction;
+  prediction.mean.resize(points.rows * model.outputs());
+  const bool wants_variance = what == PredictWhat::kMeanAndVariance;
+  if (wants_variance) prediction.variance.resize(points.rows);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      prediction.clamped_variances,
+      posterior->Evaluate(points, prediction.mean.data(),
+                          wants_variance ? prediction.variance.data() : nullptr));
+  return prediction;
 }
 
 struct LabelledPoints {

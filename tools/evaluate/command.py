@@ -12,7 +12,7 @@ EPILOG = """examples:
   egosieve-eval out/drive --truth=drive/masks
   egosieve-eval out/clip --boxes=boxes.csv
   egosieve-eval suite sequences --out=out/suite --profiles=default --against=old/suite.csv
-  egosieve-eval suite streets --out=out/terms --variant=line=--set=evidence=epipolar
+  egosieve-eval suite streets --out=out/gaps --variant=gap=--set=frame_gap=1
   egosieve-eval folds out/old out/new out/newer --folds=5 --figure=mask_j
 
 exit codes: 0 done, 1 the environment, 2 usage, 3 an input cannot be read, 4 some runs failed"""

@@ -36,7 +36,7 @@ def parse_variants(profiles, variants):
         parsed = re.fullmatch(r"([\w+-]+)=(.*)", text, re.ASCII | re.DOTALL)
         if not parsed or parsed[1] in found:
             raise UsageError(f'variant "{text}" is not NAME=FLAGS, NAME of letters, digits, _, - '
-                             'and +, another one each; write, say, "line=--set=evidence=epipolar"')
+                             'and +, another one each; write, say, "gap=--set=frame_gap=1"')
         found[parsed[1]] = parsed[2].split()
     if not found:
         raise UsageError("no profile; give one at least, as in --profiles=default")

@@ -96,7 +96,7 @@ absl::Status SegmentCamera::Find(const DriveInput& input, int64_t from, bool res
   if (!labeller.WantsCamera() || (is_ratio_given_ && !settings_.finds_own_vehicle))
     return absl::OkStatus();
   if (input.is_live || !settings_.has_first_pass) {  // a stream allows none
-    labeller.learns_focal_ratio = learns_ = labeller.focal_ratio == 0.0;
+    learns_ = labeller.LearnsFocalRatio();
     return absl::OkStatus();
   }
   if (resumes) {

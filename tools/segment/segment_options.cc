@@ -273,16 +273,6 @@ std::vector<SegmentOption> MakeOptions() {
           "The folder for each frame's labels and descriptors as NNNNNN.npz, for other classifiers "
           "(tools/evaluate/compare.py)",
           [](auto& s) -> auto& { return s.features; }),
-      {Kind::kResearch, "evidence", "TERMS",
-       "What labels rest on: epipolar (the distance from the camera's motion alone), all, or a "
-       "list of epipolar, negative_depth, road, accumulation",
-       Check([](std::string& text) {
-         return std::string(vision::ParseEvidenceTerms(text).status().message());
-       }),
-       [](const std::string& text, Settings& s) {
-         s.segmenter.labeller.evidence = *vision::ParseEvidenceTerms(text);
-       },
-       [](const Settings& s) { return vision::Describe(s.segmenter.labeller.evidence); }},
       {Kind::kResearch, "frame_gap", "FRAMES|auto",
        "Frames between the two pictures of a pair; auto: by the measured parallax",
        NumberOr(kAutomatic, Between(1, 100)),

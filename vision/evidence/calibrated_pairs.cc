@@ -83,7 +83,7 @@ std::vector<std::vector<std::optional<double>>> CalibratedLogRatios(
     ratios[k].resize(drifts.size());
     ForEachPoint(drifts.size(), [&](size_t i) {
       const PointPair& place = pairs[k].places[i];
-      if (!std::isfinite(place.x1) || !std::isfinite(place.x2)) return;
+      if (!std::isfinite(place.x1 + place.y1 + place.x2 + place.y2)) return;
       ratios[k][i] =
           LogRatio(pairs[k], place, !is_unbounded.empty() && is_unbounded[i], camera, drifts[i]);
     });

@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "vision/evidence/photometric_support.h"
-#include "vision/evidence/pinhole.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/trajectory/two_view_motion.h"
 

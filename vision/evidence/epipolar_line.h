@@ -13,7 +13,7 @@
 
 #include <Eigen/Core>
 
-#include "vision/evidence/pinhole.h"
+#include "vision/geometry/pinhole.h"
 
 namespace egosieve::vision {
 

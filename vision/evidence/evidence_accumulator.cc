@@ -7,12 +7,16 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
-#include "vision/evidence/evidence_motion.h"
+#include "vision/evidence/evidence_measurement.h"
 #include "vision/evidence/photometric_support.h"
 #include "vision/evidence/road_plane.h"
 
 namespace egosieve::vision {
 namespace {
+
+constexpr double kForgetting = 0.5;   // lambda of (F2)
+constexpr double kTempering = 0.7;    // kappa of (F3)
+constexpr double kShareMemory = 0.9;  // of the share of movers, per frame
 
 // nullopt unless both pictures are given.
 std::optional<PhotometricSupport> PicturesOf(const EvidenceFrame& frame) {
@@ -72,41 +76,23 @@ EvidenceTerm Decisive(const std::array<double, kEvidenceTerms>& sums, bool dynam
   return static_cast<EvidenceTerm>(chosen - sums.begin());
 }
 
-}  // namespace
-
-EvidencePoint PointOfTrack(const Track& track, int gap) {
-  EvidencePoint point;
-  point.track_id = track.id;
-  point.parent_id = track.parent_id;
-  point.now = track.places[0];
-  if (track.Reaches(gap)) point.before = track.places[gap];
-  return point;
-}
-
-absl::StatusOr<EvidenceAccumulator> EvidenceAccumulator::Create(const EvidenceOptions& options) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  return EvidenceAccumulator(options);
-}
-
-void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
-                               EvidenceResult& result) const {
+// Step 3.
+void Fuse(const EvidenceFrame& frame, EvidenceState& next, EvidenceResult& result) {
   std::vector<EvidenceState::Memory> sums(frame.points.size());
   std::vector<double> totals(frame.points.size(), 0.0), judged;
-  const double tempering = options_.accumulation ? options_.tempering : 1.0;
   for (size_t i = 0; i < frame.points.size(); ++i) {
     PointEvidence& evidence = result.points[i];
     const int64_t id = frame.points[i].parent_id;
     const auto memory = std::lower_bound(
         next.memories.begin(), next.memories.end(), id,
         [](const EvidenceState::Memory& m, int64_t wanted) { return m.track_id < wanted; });
-    const bool remembered =
-        options_.accumulation && id >= 0 && memory != next.memories.end() && memory->track_id == id;
+    const bool remembered = id >= 0 && memory != next.memories.end() && memory->track_id == id;
     sums[i].track_id = frame.points[i].track_id;
     evidence.judged = remembered;
     std::array<double, kEvidenceTerms> parts{};
     for (int k = 0; k < kEvidenceTerms; ++k) {
       const auto term = static_cast<EvidenceTerm>(k);
-      if (remembered) sums[i].sums[k] = options_.forgetting * memory->sums[k];
+      if (remembered) sums[i].sums[k] = kForgetting * memory->sums[k];
       if (evidence.present[k]) {
         evidence.judged = true;
         sums[i].sums[k] += evidence.log_ratio[k];
@@ -121,26 +107,28 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
         sum += *of_views;
       }
       if (sum == 0.0) continue;
-      parts[k] = VisibleLogRatio(term, tempering * sum);
+      parts[k] = VisibleLogRatio(term, kTempering * sum);
       totals[i] += parts[k];
     }
     evidence.decided_by = Decisive(parts, totals[i] > 0);
     if (evidence.judged) judged.push_back(totals[i]);
   }
   if (!judged.empty()) {
-    next.mover_share = options_.noise_memory * next.mover_share +
-                       (1 - options_.noise_memory) * EstimateMoverShare(judged, next.mover_share);
+    next.mover_share = kShareMemory * next.mover_share +
+                       (1 - kShareMemory) * EstimateMoverShare(judged, next.mover_share);
   }
   next.memories.clear();
   for (size_t i = 0; i < frame.points.size(); ++i) {
     PointEvidence& evidence = result.points[i];
     if (!evidence.judged) continue;
     evidence.probability = ProbabilityOf(totals[i], next.mover_share);
-    if (options_.accumulation && sums[i].track_id >= 0) next.memories.push_back(sums[i]);
+    if (sums[i].track_id >= 0) next.memories.push_back(sums[i]);
   }
   std::sort(next.memories.begin(), next.memories.end(),
             [](const auto& a, const auto& b) { return a.track_id < b.track_id; });
 }
+
+}  // namespace
 
 absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& frame) {
   EGOSIEVE_RETURN_IF_ERROR(CheckFrame(frame, state_.last_index));
@@ -154,24 +142,17 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
 
   EvidenceResult result;
   result.points.resize(frame.points.size());
-  const Motion motion = MotionOf(frame, next);
   const std::optional<PhotometricSupport> pictures = PicturesOf(frame);
   const PhotometricSupport* both = pictures ? &*pictures : nullptr;
   const std::vector<CalibratedPair> views = PairsOfViews(frame);
-  if (options_.epipolar) {
-    MeasureCalibrated(frame, both, views, motion.kind != MotionModelKind::kNone, result);
-  }
-  MeasureSelected(frame, motion, both, result);
-  MeasureRoad(frame, motion, both, next, result);
+  MeasurePairs(frame, both, views, result);
+  MeasureRoad(frame, both, next, result);
   MeasureRoadAhead(frame, views, next, result);
   Fuse(frame, next, result);
 
-  result.pose = motion.pose.outcome;
-  result.pose_line = motion.pose_line;
-  result.noise_pixels = motion.noise_pixels;
   result.mover_share = next.mover_share;
-  result.standing_probability = ProbabilityOf(
-      VisibleLogRatio(EvidenceTerm::kEpipolar, DistanceLogRatio(0.0)), next.mover_share);
+  result.standing_probability =
+      ProbabilityOf(VisibleLogRatio(EvidenceTerm::kEpipolar, kStandingLogRatio), next.mover_share);
   state_ = std::move(next);
   return result;
 }
@@ -185,8 +166,7 @@ absl::Status EvidenceAccumulator::Restore(EvidenceState state) {
   const bool sorted =
       std::is_sorted(state.memories.begin(), state.memories.end(),
                      [](const auto& a, const auto& b) { return a.track_id < b.track_id; });
-  const bool whole =
-      sorted && std::isfinite(state.log_noise) && state.mover_share > 0 && state.mover_share < 1;
+  const bool whole = sorted && state.mover_share > 0 && state.mover_share < 1;
   if (!whole) return absl::InvalidArgumentError("the state of the evidence is not whole");
   state_ = std::move(state);
   return absl::OkStatus();

@@ -1,20 +1,14 @@
 // Evidence from several views, accumulated along tracks: for each point of a frame the probability
 // of being dynamic, and the terms that it comes from.
 //
-//   1. pose between the frames t - g and t, where the motion model is a fundamental matrix;
-//      relative_pose.h                                  not available if the camera did not travel
-//   2. distance to the motion model: to the epipolar line of the pose, where the pose explains the
-//      points as well as the given matrix does; else to the given model
-//   3. sign of depth, negative_depth.h                  needs 1
-//   -  road                                             needs 1 and a plane with support
-//   4. log-likelihood ratios, summed along the track, and their probability; fusion.h
+//   1. moving against static under the camera's motions; calibrated_pairs.h
+//   2. road: below it, or at another depth than the contact with it; road_contact.h
+//                                                       needs parallax and a plane with support
+//   3. log-likelihood ratios, summed along the track, and their probability; fusion.h
 //
-// Residuals of step 2 are divided by their robust scale, which is estimated from the frame and
-// tracked over the drive (logarithm, forgetting `noise_memory`).
-//
-// State: sums of the tracks of the last frame, scales, the share of movers. Its size is bounded by
-// the points of one frame. A restored accumulator gives the same results bit for bit. Frame indices
-// must grow. A skipped frame loses only the tracks that end at it.
+// State: sums of the tracks of the last frame, the share of movers, the road. Its size is bounded
+// by the points of one frame. A restored accumulator gives the same results bit for bit. Frame
+// indices must grow. A skipped frame loses only the tracks that end at it.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,14 +23,11 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "vision/evidence/calibrated_pairs.h"
-#include "vision/evidence/evidence_options.h"
 #include "vision/evidence/fusion.h"
 #include "vision/evidence/guided_match.h"
 #include "vision/evidence/photometric_support.h"
-#include "vision/evidence/relative_pose.h"
 #include "vision/evidence/road_plane.h"
-#include "vision/geometry/motion_model_kind.h"
-#include "vision/tracking/track.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
@@ -48,15 +39,13 @@ struct EvidencePoint {
   int64_t parent_id = -1;                  // its id in the last frame; -1: no earlier evidence
   cv::Point2f now;                         // in frame t
   cv::Point2f before{kUnknown, kUnknown};  // in frame t - g
-  bool estimates = true;                   // takes part in estimating motion and scales
+  bool estimates = true;                   // takes part in estimating the noise of grey levels
   // No ground bound and no road term: its depth is not known, for flow does not measure its motion
   // along the epipolar line, or the point may be fixed in the image.
   bool is_unbounded = false;
 
   bool HasBefore() const { return std::isfinite(before.x) && std::isfinite(before.y); }
 };
-
-EvidencePoint PointOfTrack(const Track& track, int gap);
 
 // A picture other than the two of the pair. Its evidence counts for the current frame only and is
 // not accumulated, because the same pair is evaluated again when that picture is the current one.
@@ -72,11 +61,7 @@ struct EvidenceFrame {
   int gap = 1;        // g, frames
   int pictures = 1;   // of the input from t - g to t, skipped ones included; as in `views`
   cv::Size size;      // of the image
-  MotionModelKind motion_model = MotionModelKind::kNone;
-  Eigen::Matrix3d motion_matrix = Eigen::Matrix3d::Identity();  // t - g to t, pixels
-  // The calibrated motion t - g to t, if estimated. Then one term, log_moving - log_static of
-  // two_view_motion.h, replaces both the epipolar distance and negative depth.
-  std::optional<TwoViewMotion> world;
+  std::optional<TwoViewMotion> world;  // t - g to t, if known
   std::vector<EvidenceView> views;
   Pinhole camera;  // read if `world` is set or `views` is not empty
   std::vector<EvidencePoint> points;
@@ -100,37 +85,30 @@ struct EvidenceResult {
   std::vector<PointEvidence> points;  // one per point
   std::vector<GuidedPlace> standing;  // those of `unfollowed` that are static road
   double standing_probability = 0.0;  // of being dynamic, for each place of `standing`
-  PoseOutcome pose = PoseOutcome::kUndetermined;
-  bool road = false;          // a road plane found
-  bool pose_line = false;     // step 2 used the pose's epipolar line
-  double noise_pixels = 0.0;  // scale of step 2; 0 without a motion model
-  double mover_share = 0.0;   // pi
+  bool road = false;                  // a road plane found
+  double mover_share = 0.0;           // pi
 };
 
 struct EvidenceState {
   struct Memory {
     int64_t track_id = -1;
-    std::array<double, kEvidenceTerms> sums{};  // A of (F3)
+    std::array<double, kEvidenceTerms> sums{};  // A of (F2)
   };
   int64_t last_index = -1;
   cv::Size size;
   std::vector<Memory> memories;  // by increasing track_id
-  double log_noise = 0.0;        // natural logarithm, pixels; of the residuals of step 2
-  bool has_noise = false;
   double mover_share = 0.1;
   RoadSlope road;
 };
 
 class EvidenceAccumulator {
  public:
-  static absl::StatusOr<EvidenceAccumulator> Create(const EvidenceOptions& options);
-
   // InvalidArgument for an index that does not grow, a gap below 1, an empty size, an image that is
   // not grey or of another size, or a track id given twice; the state is unchanged then. A size
   // other than the last frame's resets the state.
   absl::StatusOr<EvidenceResult> Add(const EvidenceFrame& frame);
 
-  // For a cut in the video: drops tracks and the road; keeps scales and shares.
+  // For a cut in the video: drops tracks and the road; keeps the share of movers.
   void Interrupt();
 
   const EvidenceState& state() const { return state_; }
@@ -138,29 +116,6 @@ class EvidenceAccumulator {
   absl::Status Restore(EvidenceState state);
 
  private:
-  explicit EvidenceAccumulator(const EvidenceOptions& options) : options_(options) {}
-
-  struct Motion;
-  Motion MotionOf(const EvidenceFrame& frame, EvidenceState& next) const;
-  static std::vector<CalibratedPair> PairsOfViews(const EvidenceFrame& frame);
-  // The epipolar term by calibrated_pairs.h. pictures: null unless both images are given. views:
-  // the frame's views as pairs.
-  void MeasureCalibrated(const EvidenceFrame& frame, const PhotometricSupport* pictures,
-                         const std::vector<CalibratedPair>& views, bool has_motion,
-                         EvidenceResult& result) const;
-  // The epipolar and negative-depth terms where no motion is calibrated.
-  void MeasureSelected(const EvidenceFrame& frame, const Motion& motion,
-                       const PhotometricSupport* pictures, EvidenceResult& result) const;
-  // Sets `road` and the road term of `result`.
-  void MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
-                   const PhotometricSupport* pictures, EvidenceState& next,
-                   EvidenceResult& result) const;
-  // The same from the longest of `views`, whose depths are the most accurate.
-  void MeasureRoadAhead(const EvidenceFrame& frame, const std::vector<CalibratedPair>& views,
-                        const EvidenceState& next, EvidenceResult& result) const;
-  void Fuse(const EvidenceFrame& frame, EvidenceState& next, EvidenceResult& result) const;
-
-  EvidenceOptions options_;
   EvidenceState state_;
 };
 

@@ -1,7 +1,7 @@
-// Steps 1 to 4 and the road of evidence_accumulator.h: the terms of a frame.
+#include "vision/evidence/evidence_measurement.h"
+
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -9,18 +9,13 @@
 
 #include "vision/evidence/calibrated_pairs.h"
 #include "vision/evidence/evidence_accumulator.h"
-#include "vision/evidence/evidence_motion.h"
-#include "vision/evidence/for_each_point.h"
 #include "vision/evidence/guided_match.h"
-#include "vision/evidence/negative_depth.h"
 #include "vision/evidence/photometric_support.h"
-#include "vision/evidence/pinhole.h"
-#include "vision/evidence/relative_pose.h"
-#include "vision/evidence/residual_scale.h"
 #include "vision/evidence/road_contact.h"
 #include "vision/evidence/road_plane.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
-#include "vision/geometry/residual.h"
+#include "vision/geometry/relative_pose.h"
 #include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {
@@ -38,7 +33,7 @@ namespace {
 // it.
 struct RoadView {
   Pinhole camera;
-  RelativePose pose;  // before to now, found
+  RelativePose pose;  // before to now, with parallax
   cv::Size size;
   std::vector<PointPair> pairs;         // places that flow follows
   std::vector<bool> is_textured;        // one per pair
@@ -68,7 +63,7 @@ void Append(const std::vector<GuidedPlace>& guided, const RoadView& view,
   depths.insert(depths.end(), added_depths.begin(), added_depths.end());
 }
 
-RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t seed) {
+RoadEvidence EvidenceOf(const RoadView& view, const RoadSlope& last, uint64_t seed) {
   RoadEvidence result;
   std::vector<PointPair> pairs = view.pairs;
   std::vector<InverseDepth> depths = InverseDepths(view.camera, view.pose, pairs);
@@ -110,33 +105,10 @@ RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t s
   return result;
 }
 
-constexpr size_t kFewestResiduals = 20;
-constexpr int kRoadMemory = 5;         // frames for which a slope is kept while no road is found
-constexpr double kPoseExplains = 1.1;  // greatest scale of distances: pose over given F
+constexpr int kRoadMemory = 5;  // frames for which a slope is kept while no road is found
 
 PointPair PairOf(const EvidencePoint& point) {
   return {point.before.x, point.before.y, point.now.x, point.now.y};
-}
-
-// Position of the point in frame t if it were static: the nearest one that the model allows.
-cv::Point2f StandingPlace(MotionModelKind kind, const Eigen::Matrix3d& matrix,
-                          const PointPair& pair) {
-  const Eigen::Vector3d moved = matrix * Eigen::Vector3d(pair.x1, pair.y1, 1.0);
-  if (kind == MotionModelKind::kHomography) {
-    return {static_cast<float>(moved(0) / moved(2)), static_cast<float>(moved(1) / moved(2))};
-  }
-  if (kind != MotionModelKind::kFundamental) {
-    return {static_cast<float>(pair.x1), static_cast<float>(pair.y1)};
-  }
-  const double square = moved.head<2>().squaredNorm();
-  const double distance = moved.dot(Eigen::Vector3d(pair.x2, pair.y2, 1.0)) / square;
-  return {static_cast<float>(pair.x2 - distance * moved(0)),
-          static_cast<float>(pair.y2 - distance * moved(1))};
-}
-
-cv::Point2f Back(cv::Point2f place, double pixels, const Eigen::Vector2d& direction) {
-  return {static_cast<float>(place.x - pixels * direction(0)),
-          static_cast<float>(place.y - pixels * direction(1))};
 }
 
 CalibratedPair PairOf(const EvidenceFrame& frame, const EvidenceView& view) {
@@ -197,70 +169,16 @@ RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const Rel
 
 }  // namespace
 
-std::vector<CalibratedPair> EvidenceAccumulator::PairsOfViews(const EvidenceFrame& frame) {
+std::vector<CalibratedPair> PairsOfViews(const EvidenceFrame& frame) {
   std::vector<CalibratedPair> pairs;
   for (const EvidenceView& view : frame.views) pairs.push_back(PairOf(frame, view));
   return pairs;
 }
 
-EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& frame,
-                                                          EvidenceState& next) const {
-  Motion motion;
-  motion.kind = frame.motion_matrix.allFinite() ? frame.motion_model : MotionModelKind::kNone;
-  motion.matrix = frame.motion_matrix;
-  motion.camera = frame.world || !frame.views.empty()
-                      ? frame.camera
-                      : Pinhole::Of(frame.size, options_.focal_pixels);
-  if (motion.kind == MotionModelKind::kNone) return motion;
-
-  std::vector<PointPair> pairs;
-  for (const EvidencePoint& point : frame.points) {
-    if (!point.estimates || !IsKnown(point.now) || !IsKnown(point.before)) continue;
-    pairs.push_back(PairOf(point));
-  }
-  const auto scale = [&](const Eigen::Matrix3d& matrix) {
-    const std::vector<double> residuals =
-        Residuals(motion.kind, matrix, pairs, EpipolarDistance::kSampson);
-    const int dimensions = motion.kind == MotionModelKind::kFundamental ? 1 : 2;
-    return residuals.size() < kFewestResiduals
-               ? 0.0
-               : ResidualScale(residuals, dimensions, options_.noise_floor_pixels);
-  };
-  double noise = scale(motion.matrix);
-  if (motion.kind == MotionModelKind::kFundamental) {
-    if (frame.world) {
-      motion.pose = PoseOf(*frame.world);
-      motion.pose_line = motion.pose.found();
-    } else {
-      motion.pose = EstimateRelativePose(pairs, motion.matrix, motion.camera, options_.pose);
-      const Eigen::Matrix3d of_pose = FundamentalOfPose(motion.pose, motion.camera);
-      const double pose_noise = scale(of_pose);
-      motion.pose_line = motion.pose.found() && pose_noise <= kPoseExplains * noise;
-      if (motion.pose_line) {
-        motion.matrix = of_pose;
-        noise = pose_noise;
-      }
-    }
-  }
-  if (!(noise > 0.0)) {
-    motion.kind = MotionModelKind::kNone;
-    return motion;
-  }
-  const double memory = next.has_noise ? options_.noise_memory : 0.0;
-  next.log_noise = memory * next.log_noise + (1.0 - memory) * std::log(noise);
-  next.has_noise = true;
-  // A frame that is noisier than the drive (a jolt, blur) uses its own noise.
-  motion.noise_pixels = std::max(noise, std::exp(next.log_noise));
-  return motion;
-}
-
-void EvidenceAccumulator::MeasureCalibrated(const EvidenceFrame& frame,
-                                            const PhotometricSupport* pictures,
-                                            const std::vector<CalibratedPair>& views,
-                                            bool has_motion, EvidenceResult& result) const {
-  const bool has_world = frame.world && has_motion;
+void MeasurePairs(const EvidenceFrame& frame, const PhotometricSupport* pictures,
+                  const std::vector<CalibratedPair>& views, EvidenceResult& result) {
   std::vector<CalibratedPair> pairs;
-  if (has_world) {
+  if (frame.world) {
     CalibratedPair& pair = pairs.emplace_back();
     pair.motion = *frame.world;
     pair.pictures = frame.pictures;
@@ -275,7 +193,7 @@ void EvidenceAccumulator::MeasureCalibrated(const EvidenceFrame& frame,
     for (size_t i = 0; i < frame.points.size(); ++i) {
       if (!ratios[k][i]) continue;
       PointEvidence& point = result.points[i];
-      if (k == 0 && has_world) {
+      if (k == 0 && frame.world) {
         point.log_ratio[static_cast<int>(EvidenceTerm::kEpipolar)] = *ratios[k][i];
         point.present[static_cast<int>(EvidenceTerm::kEpipolar)] = true;
       } else {
@@ -285,54 +203,18 @@ void EvidenceAccumulator::MeasureCalibrated(const EvidenceFrame& frame,
   }
 }
 
-void EvidenceAccumulator::MeasureSelected(const EvidenceFrame& frame, const Motion& motion,
-                                          const PhotometricSupport* pictures,
-                                          EvidenceResult& result) const {
-  if (motion.kind == MotionModelKind::kNone || frame.world) return;
-  const auto measure = [&](size_t i) {
-    const EvidencePoint& point = frame.points[i];
-    if (!IsKnown(point.now) || !IsKnown(point.before)) return;
-    const PointPair pair = PairOf(point);
-    // standing: position of the point if it were static, according to the term.
-    const auto set = [&](EvidenceTerm term, double ratio, cv::Point2f standing) {
-      if (pictures != nullptr && ratio > 0.0) {
-        ratio =
-            std::min(ratio, pictures->LogRatio(point.before, point.now, standing).value_or(0.0));
-      }
-      result.points[i].log_ratio[static_cast<int>(term)] = ratio;
-      result.points[i].present[static_cast<int>(term)] = true;
-    };
-    if (options_.epipolar) {
-      const double residual =
-          Residuals(motion.kind, motion.matrix, {pair}, EpipolarDistance::kSampson)[0];
-      set(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels),
-          StandingPlace(motion.kind, motion.matrix, pair));
-    }
-    if (options_.negative_depth) {
-      const SignedFlow flow = MeasureSignedFlow(motion.camera, motion.pose, pair);
-      if (flow.present) {
-        set(EvidenceTerm::kNegativeDepth, DepthLogRatio(flow.along_pixels / flow.deviation_pixels),
-            Back(point.now, flow.along_pixels, flow.direction));
-      }
-    }
-  };
-  ForEachPoint(frame.points.size(), measure);
-}
-
-void EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
-                                      const PhotometricSupport* pictures, EvidenceState& next,
-                                      EvidenceResult& result) const {
-  if (!options_.road || !motion.pose.found()) return;
+void MeasureRoad(const EvidenceFrame& frame, const PhotometricSupport* pictures,
+                 EvidenceState& next, EvidenceResult& result) {
+  if (!frame.world || !frame.world->HasParallax()) return;
   std::vector<cv::Point2f> before;
   for (const EvidencePoint& point : frame.points) before.push_back(point.before);
   std::vector<size_t> owners;
-  RoadView view = RoadViewOf(frame, motion.camera, motion.pose, before, owners);
+  RoadView view = RoadViewOf(frame, frame.camera, PoseOf(*frame.world), before, owners);
   view.before = frame.grey_before;
   view.pictures = pictures;
   view.unfollowed = frame.unfollowed;
   const RoadSlope last = next.road;
-  RoadEvidence evidence =
-      egosieve::vision::MeasureRoad(view, last, static_cast<uint64_t>(frame.index));
+  RoadEvidence evidence = EvidenceOf(view, last, static_cast<uint64_t>(frame.index));
   if (!evidence.road.found) {
     next.road.unseen = last.unseen + 1;
     if (next.road.unseen > kRoadMemory) next.road = {};
@@ -351,11 +233,8 @@ void EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& 
   result.standing = std::move(evidence.standing);
 }
 
-void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
-                                           const std::vector<CalibratedPair>& views,
-                                           const EvidenceState& next,
-                                           EvidenceResult& result) const {
-  if (!options_.road) return;
+void MeasureRoadAhead(const EvidenceFrame& frame, const std::vector<CalibratedPair>& views,
+                      const EvidenceState& next, EvidenceResult& result) {
   const CalibratedPair* longest = nullptr;
   for (const CalibratedPair& pair : views) {
     const bool is_usable = pair.pictures > 0 && pair.motion.HasParallax();
@@ -374,8 +253,7 @@ void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
   if (longest->support) support = longest->support->Reversed();
   view.before = ahead.grey;
   view.pictures = support ? &*support : nullptr;
-  const RoadEvidence evidence =
-      egosieve::vision::MeasureRoad(view, next.road, static_cast<uint64_t>(frame.index));
+  const RoadEvidence evidence = EvidenceOf(view, next.road, static_cast<uint64_t>(frame.index));
   if (!evidence.road.found) return;
   for (size_t k = 0; k < owners.size(); ++k) {
     result.points[owners[k]].views_road_log_ratio = evidence.log_ratios[k];

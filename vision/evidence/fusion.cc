@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace egosieve::vision {
 namespace {
@@ -16,34 +15,10 @@ const char* Name(EvidenceTerm term) {
   switch (term) {
     case EvidenceTerm::kEpipolar:
       return "epipolar";
-    case EvidenceTerm::kNegativeDepth:
-      return "negative_depth";
     case EvidenceTerm::kRoad:
       return "road";
   }
   return "unknown";
-}
-
-double DistanceLogRatio(double z) {
-  if (std::isnan(z)) return 0.0;
-  const double square = std::min(z * z, 1e12);
-  // Both densities are of |z|: t_3 is 2 Gamma(2) / (sqrt(3 pi) Gamma(3/2)) (1 + z^2/3)^-2.
-  const double student =
-      std::log(4.0 / (std::numbers::pi * std::sqrt(3.0))) - 2.0 * std::log1p(square / 3.0);
-  const double cauchy = std::log(2.0 / (std::numbers::pi * kMoverScale)) -
-                        std::log1p(square / (kMoverScale * kMoverScale));
-  return cauchy - student;
-}
-
-double StudentThree(double z) {
-  const double u = z / std::sqrt(3.0);
-  return 0.5 + (u / (1.0 + u * u) + std::atan(u)) / std::numbers::pi;
-}
-
-double DepthLogRatio(double z) {
-  if (!(z < 0.0)) return 0.0;
-  // Below -1000, 1/2 + atan loses all digits. The ratio is large enough there.
-  return -std::log(2.0 * StudentThree(std::max(z, -1000.0)));
 }
 
 double VisibleLogRatio(EvidenceTerm term, double ratio) {

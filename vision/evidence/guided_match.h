@@ -24,9 +24,9 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "vision/evidence/pinhole.h"
-#include "vision/evidence/relative_pose.h"
 #include "vision/evidence/road_plane.h"
+#include "vision/geometry/pinhole.h"
+#include "vision/geometry/relative_pose.h"
 
 namespace egosieve::vision {
 

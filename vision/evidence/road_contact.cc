@@ -21,7 +21,8 @@ constexpr double kLeastDepth = 0.1;  // in the first frame, of the depth in the 
 // camera, in camera heights.
 constexpr double kEnoughColumns = 0.5, kMostWeight = 1.5, kSurfaceRise = 1.5;
 
-// As (F2), with Gaussian tails, because the deviations already include the unevenness of roads.
+// A static point is at or above the road, a mover anywhere: so only what seems to lie below, z < 0,
+// is evidence, by the normal distribution. The deviations include the unevenness of roads.
 double RoadLogRatio(double z) {
   if (!(z < 0.0)) return 0.0;
   return std::min(kMostRoadRatio, -std::log(std::erfc(-z / std::sqrt(2.0))));

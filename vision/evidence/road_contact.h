@@ -31,10 +31,10 @@
 
 #include "vision/evidence/ground_contact.h"
 #include "vision/evidence/photometric_support.h"
-#include "vision/evidence/pinhole.h"
-#include "vision/evidence/relative_pose.h"
 #include "vision/evidence/road_plane.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
+#include "vision/geometry/relative_pose.h"
 
 namespace egosieve::vision {
 

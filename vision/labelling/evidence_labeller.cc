@@ -13,16 +13,6 @@ namespace {
 constexpr int kSupportRadius = 2;  // nodes
 constexpr double kSupportShare = 0.45;
 
-EvidenceOptions OptionsOf(const FrameLabellerOptions& labeller) {
-  const EvidenceTerms& terms = labeller.evidence;
-  EvidenceOptions options;
-  options.epipolar = terms.epipolar;
-  options.negative_depth = terms.negative_depth;
-  options.road = terms.road;
-  options.accumulation = terms.accumulation;
-  return options;
-}
-
 // Whether enough nodes around node n were followed as well.
 bool IsSupported(const std::vector<uint8_t>& followed, cv::Size nodes, int n) {
   const int row = n / nodes.width, column = n % nodes.width;
@@ -44,18 +34,14 @@ absl::StatusOr<EvidenceLabeller> EvidenceLabeller::Create(const FrameLabellerOpt
   GridTrackerOptions grid_options;
   grid_options.stride_pixels = options.flow_stride_pixels;
   EGOSIEVE_ASSIGN_OR_RETURN(GridTracker grid, GridTracker::Create(grid_options));
-  EGOSIEVE_ASSIGN_OR_RETURN(EvidenceAccumulator accumulator,
-                            EvidenceAccumulator::Create(OptionsOf(options)));
-  return EvidenceLabeller(options, std::move(grid), std::move(accumulator));
+  return EvidenceLabeller(options, std::move(grid));
 }
 
-EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid,
-                                   EvidenceAccumulator accumulator)
+EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid)
     : stride_pixels_(options.flow_stride_pixels),
       ignored_(options.ignored),
       windscreen_(options.windscreen),
-      grid_(std::move(grid)),
-      accumulator_(std::move(accumulator)) {}
+      grid_(std::move(grid)) {}
 
 void EvidenceLabeller::Begin(int64_t frame_index) {
   ++state_.picture;
@@ -171,20 +157,18 @@ std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap, cv::Size im
   return places;
 }
 
-absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
-    const ExtractedFrame* before, const ExtractedFrame& frame, int gap, const MotionModel& model,
-    const std::vector<TrackedPoint>& points, const TwoViewMotion* world, const Pinhole& camera,
-    const std::vector<OtherView>& views) {
+absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(const ExtractedFrame* before,
+                                                       const ExtractedFrame& frame, int gap,
+                                                       const std::vector<TrackedPoint>& points,
+                                                       const TwoViewMotion* world,
+                                                       const Pinhole& camera,
+                                                       const std::vector<OtherView>& views) {
   EvidenceFrame evidence;
   evidence.index = state_.picture;
   evidence.gap = gap;
   evidence.size = frame.grey.size();
-  evidence.motion_model = model.kind;
-  evidence.motion_matrix = model.matrix;
-  if (world != nullptr && model.kind != MotionModelKind::kNone) {
-    evidence.world = *world;
-    evidence.camera = camera;
-  }
+  evidence.camera = camera;
+  if (world != nullptr) evidence.world = *world;
   for (const OtherView& view : views) {
     if (view.frame == nullptr) continue;
     EvidenceView& other = evidence.views.emplace_back();
@@ -194,7 +178,6 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
     other.places.reserve(points.size());
     for (const TrackedPoint& point : points) other.places.push_back(point.*view.place);
   }
-  if (!evidence.views.empty()) evidence.camera = camera;
   evidence.points.reserve(points.size());
   for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);
   if (before != nullptr || !evidence.views.empty()) evidence.grey = frame.grey;

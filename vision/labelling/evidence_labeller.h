@@ -16,7 +16,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "vision/evidence/evidence_accumulator.h"
-#include "vision/geometry/motion_model.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
@@ -77,11 +77,10 @@ class EvidenceLabeller {
   std::vector<TrackedPoint> Points(int gap, const GridLinks& ahead) const;
   // Nodes of the grid without such a track or without support, outside of the ignored area.
   std::vector<cv::Point2f> UnfollowedPlaces(int gap, cv::Size image) const;
-  // Step 4. `model` may be of kind kNone. `before`: the other frame of the pair, or null. `world`:
-  // the calibrated motion, or null. `views`: further pictures; those without a frame are skipped.
+  // Step 4. `before`: the other frame of the pair, or null. `world`: the pair's motion, or null.
+  // `views`: further pictures; those without a frame are skipped.
   absl::StatusOr<EvidenceResult> Judge(const ExtractedFrame* before, const ExtractedFrame& frame,
-                                       int gap, const MotionModel& model,
-                                       const std::vector<TrackedPoint>& points,
+                                       int gap, const std::vector<TrackedPoint>& points,
                                        const TwoViewMotion* world, const Pinhole& camera,
                                        const std::vector<OtherView>& views);
 
@@ -89,8 +88,7 @@ class EvidenceLabeller {
   absl::Status Restore(EvidenceLabellerState state);
 
  private:
-  EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid,
-                   EvidenceAccumulator accumulator);
+  EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid);
 
   std::vector<TrackedPoint> GridPoints(int gap, const GridLinks& ahead) const;
   absl::Status AdvanceGrid(cv::Size size, const FramePairs& pairs);

@@ -30,7 +30,6 @@
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame.h"
 #include "vision/geometry/lens_correction.h"
-#include "vision/labelling/evidence_terms.h"
 #include "vision/labelling/focal_learner.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/trajectory/travel_prior.h"
@@ -39,17 +38,14 @@ namespace egosieve::vision {
 
 struct FrameLabellerOptions {
   bool is_paper = false;  // the paper's front end
-  // Focal length over the image's longer side (drive_camera.h); 0: not known.
+  // Focal length over the image's longer side (drive_camera.h); 0: not known, and learnt while
+  // frames are labelled (focal_learner.h), for drives without a first pass.
   double focal_ratio = 0.0;
-  // Whether a focal_ratio that is not known is learnt while frames are labelled (focal_learner.h),
-  // for drives without a first pass.
-  bool learns_focal_ratio = false;
   // Not null: pictures of its size are corrected before all measurements, and focal_ratio is that of
   // the pinhole pictures. `windscreen` and `fixed_pattern` are of these, and the pair's motion is
   // between them.
   std::shared_ptr<const LensCorrection> lens;
-  TravelPrior travel;      // the drive's direction of travel, if known (drive_camera.h)
-  EvidenceTerms evidence;  // not of the paper's front end
+  TravelPrior travel;  // the drive's direction of travel, if known (drive_camera.h)
   EqualizationOptions equalization;
   // ignored_area.h: not used for the camera's motion, and labelled static.
   cv::Mat1b ignored;
@@ -80,10 +76,8 @@ struct FrameLabellerOptions {
   int HistoryFrames() const { return frame_gap > 0 ? frame_gap : kLongestAutoGap; }
   static constexpr int kLongestAutoGap = 5;
 
-  bool LearnsFocalRatio() const {
-    return learns_focal_ratio && WantsCamera() && !(focal_ratio > 0.0);
-  }
-  // Whether the camera's motion is estimated by two_view_motion.h where the focal length is known.
+  bool LearnsFocalRatio() const { return WantsCamera() && !(focal_ratio > 0.0); }
+  // Whether the camera's motion is estimated by two_view_motion.h.
   bool WantsCamera() const { return !is_paper; }
 
   // InvalidArgument, naming field, value and rule.
@@ -120,7 +114,7 @@ class FrameLabeller {
   // Takes the frame into the history without labelling it.
   virtual absl::Status Prime(const Frame& frame) = 0;
 
-  // What learns_focal_ratio has given so far.
+  // What was learnt so far, where the focal length was not known.
   virtual LearntCamera learnt_camera() const = 0;
 
   // The state carried from frame to frame, without the frames themselves, as bytes. Equal states

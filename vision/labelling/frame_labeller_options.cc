@@ -9,7 +9,6 @@ namespace egosieve::vision {
 FrameLabellerOptions FrameLabellerOptions::Paper() {
   FrameLabellerOptions options;
   options.is_paper = true;
-  options.evidence = EvidenceTerms::EpipolarAlone();
   options.equalization.method = Equalization::kGlobal;
   return options;
 }
@@ -22,11 +21,6 @@ absl::Status FrameLabellerOptions::Validate() const {
       {"frame_gap", frame_gap, frame_gap >= 0 && frame_gap <= 100,
        "be from 1 to 100, or 0 for auto"},
   }));
-  if (!evidence.IsEnough()) {
-    return absl::InvalidArgumentError(
-        "evidence has no term that tells movers from the static scene; it needs epipolar, "
-        "negative_depth or road");
-  }
   if (is_paper && frame_gap == 0) {
     return absl::InvalidArgumentError("the paper's front end needs a frame_gap of at least 1");
   }

@@ -6,26 +6,20 @@
 namespace egosieve::vision {
 namespace {
 
+constexpr double kWantedPixels = 3.0;
 constexpr double kWeight = 0.3;  // w
 constexpr double kMargin = 0.25;
 constexpr double kFloorPixels = 0.01;
 
 }  // namespace
 
-void ObserveParallax(double parallax_pixels, int gap, int longest, const GapRule& rule,
-                     GapState& state) {
+void ObserveParallax(double parallax_pixels, int gap, int longest, GapState& state) {
   if (!(parallax_pixels >= 0.0) || std::isinf(parallax_pixels) || gap < 1) return;
   const double observed = std::log(std::max(parallax_pixels / gap, kFloorPixels));
   state.log_parallax =
       state.has_parallax ? (1.0 - kWeight) * state.log_parallax + kWeight * observed : observed;
   state.has_parallax = true;
-  const double parallax = std::exp(state.log_parallax);
-  const double least = state.gap > 1 ? rule.least_pixels * (1.0 - kMargin) : rule.least_pixels;
-  if (parallax < least) {
-    state.gap = 1;
-    return;
-  }
-  const double wanted = rule.wanted_pixels / parallax;
+  const double wanted = kWantedPixels / std::exp(state.log_parallax);
   if (wanted > state.gap - 1 - kMargin && wanted <= state.gap + kMargin) return;
   state.gap = std::clamp(static_cast<int>(std::ceil(wanted)), 1, longest);
 }

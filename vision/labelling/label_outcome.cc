@@ -138,8 +138,6 @@ bool IsEnough(const PairCounts& counts, int minimum_matches, LabelledFrame& resu
 void RecordMotion(const MotionModel& model, LabelledFrame& result) {
   result.motion_model = model.kind;
   result.motion_matrix = ToMatx(model.matrix);
-  result.rejected_model = model.rejected_kind;
-  result.rejected_matrix = ToMatx(model.rejected_matrix);
   result.motion_trusted = model.trusted;
   result.parallax_pixels = model.parallax_pixels;
   result.inlier_count = model.inlier_count;

@@ -10,7 +10,6 @@
 #include "vision/evidence/fusion.h"
 #include "vision/frame/frame.h"
 #include "vision/geometry/motion_model_kind.h"
-#include "vision/geometry/point_pair.h"
 #include "vision/trajectory/camera_step.h"
 
 namespace egosieve::vision {
@@ -58,11 +57,7 @@ struct LabelledFrame {
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
-  MotionModelKind rejected_model = MotionModelKind::kNone;  // the best rejected one
-  cv::Matx33d rejected_matrix = cv::Matx33d::eye();
-  // As in gap_choice.h: median over static points with a calibrated motion, else median residual of
-  // a homography; 0 if none was tried.
-  double parallax_pixels = 0.0;
+  double parallax_pixels = 0.0;  // as in gap_choice.h; 0 where not measured
   bool motion_trusted = false;
   int64_t feature_count = 0;    // of the input frame: key points, corners, textured grid points
   int64_t match_count = 0;      // before any are discarded
@@ -81,8 +76,5 @@ struct LabelledFrame {
     return kernels::ConstMatrixView<double>(positions.data(), size(), 2);
   }
 };
-
-// The labelled places as pairs, from the first frame of the pair to the second.
-std::vector<PointPair> PairsOf(const LabelledFrame& labels);
 
 }  // namespace egosieve::vision

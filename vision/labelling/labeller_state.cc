@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3031'6c62'616c'6765;  // "egalbl10"
+constexpr uint64_t kMagic = 0x3131'6c62'616c'6765;  // "egalbl11"
 
 // Walk() is used for both directions: with a Writer it appends the state to bytes, with a Reader it
 // sets the state from bytes.
@@ -136,8 +136,6 @@ void WalkEvidence(Archive& archive, State& evidence) {
     archive.Plain(memory.track_id);
     archive.Block(memory.sums.data(), memory.sums.size());
   }
-  archive.Plain(evidence.log_noise);
-  archive.Flag(evidence.has_noise);
   archive.Plain(evidence.mover_share);
   archive.Flag(evidence.road.known);
   archive.Plain(evidence.road.across);

@@ -13,7 +13,7 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
-#include "vision/evidence/pinhole.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {

@@ -12,7 +12,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kLeastStaticShare = 0.3;
-// Below this the camera stands, as in (GR2) of vision/paper/motion_selection.h.
+// Below this motion of the image by rotation, the camera stands.
 constexpr double kStillPixels = 0.25;
 
 bool IsTrusted(const TwoViewMotion& motion) {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "vision/evidence/pinhole.h"
 #include "vision/geometry/motion_model.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/pair_motions.h"
 #include "vision/trajectory/two_view_motion.h"

@@ -70,7 +70,6 @@ void EnlargeLabels(cv::Size reduced, cv::Size full, LabelledFrame& labels) {
                             0.0, y_scale, 0.5 * (y_scale - 1.0),  //
                             0.0, 0.0, 1.0);
   labels.motion_matrix = Enlarged(labels.motion_model, labels.motion_matrix, enlarge);
-  labels.rejected_matrix = Enlarged(labels.rejected_model, labels.rejected_matrix, enlarge);
 }
 
 }  // namespace egosieve::vision

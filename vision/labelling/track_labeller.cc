@@ -30,8 +30,6 @@ absl::Status TrackLabeller::Prepare(const ExtractedFrame& first,
   }
   FlowCache& flows = pair_motions_.flows();
   EGOSIEVE_RETURN_IF_ERROR(flows.Grid(first, second, /*anchor_second=*/true).status());
-  // One that is learnt may change while this runs.
-  if (!(options_.focal_ratio > 0.0)) return absl::OkStatus();
   return flows.Grid(first, second, /*anchor_second=*/false).status();
 }
 
@@ -70,11 +68,8 @@ void TrackLabeller::LearnCamera(const ExtractedFrame& frame, LabelOutcome outcom
   if (outcome == LabelOutcome::kTooFewFeatures || outcome == LabelOutcome::kTooFewMatches) {
     focal_->EndScene();
   }
-  const bool was_calibrated = IsCalibrated();
   if (!focal_->Add(frame.frame, frame.grey)) return;
-  pair_motions_.SetMotionOptions(MotionOptionsOf(options_, travel()));
-  // Parallax of a selected model is measured in another way.
-  if (!was_calibrated) gap_.has_parallax = false;
+  pair_motions_.SetMotionOptions(MotionOptionsOf(travel()));
 }
 
 std::string TrackLabeller::state() const {
@@ -105,8 +100,7 @@ absl::Status TrackLabeller::Restore(absl::string_view bytes) {
   gap_ = state.gap;
   history_.clear();
   movers_.Restore(std::move(state.moved));
-  pair_motions_ =
-      PairMotions(GridOptionsOf(options_), MotionOptionsOf(options_, travel()), pattern_);
+  pair_motions_ = PairMotions(GridOptionsOf(options_), MotionOptionsOf(travel()), pattern_);
   pair_motions_.Restore(state.motions);
   return absl::OkStatus();
 }
@@ -142,7 +136,7 @@ absl::StatusOr<LabelledFrame> TrackLabeller::Label(std::shared_ptr<const Extract
 }
 
 absl::StatusOr<std::unique_ptr<FrameLabeller>> TrackLabeller::Create(
-    const FrameLabellerOptions& options, MotionSelector select_motion) {
+    const FrameLabellerOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   FrameLabellerOptions reduced = options;
   if (options.lens != nullptr) reduced.ignored = options.lens->CorrectMask(options.ignored);
@@ -152,7 +146,7 @@ absl::StatusOr<std::unique_ptr<FrameLabeller>> TrackLabeller::Create(
   std::optional<FocalLearner> focal;
   if (options.LearnsFocalRatio()) focal.emplace(options.ignored, options.equalization);
   return std::unique_ptr<FrameLabeller>(
-      new TrackLabeller(reduced, std::move(select_motion), std::move(evidence), std::move(focal)));
+      new TrackLabeller(reduced, std::move(evidence), std::move(focal)));
 }
 
 }  // namespace egosieve::vision

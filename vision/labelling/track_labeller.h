@@ -3,9 +3,7 @@
 //   1. grey, equalised picture                                   vision/frame/equalization.h
 //   2. a grid followed by dense flow from the frame before,
 //      chained into tracks                                       vision/features, tracking
-//   3. the camera's motion from the frame `frame_gap` before,
-//      calibrated; selected by a MotionSelector while the focal
-//      length is not known                                       vision/trajectory
+//   3. the camera's motion from the frame `frame_gap` before     vision/trajectory
 //   4. evidence along the tracks and from the frames ahead,
 //      fused into one probability per place                      evidence_labeller.h
 //
@@ -41,12 +39,11 @@
 
 namespace egosieve::vision {
 
-inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options,
-                                            const TravelPrior& travel) {
+inline TwoViewMotionOptions MotionOptionsOf(const TravelPrior& travel) {
   TwoViewMotionOptions motion;
   motion.travel = travel;
   // With a vehicle's direction of travel, traffic is not mistaken for the static scene anyway.
-  if (!options.evidence.accumulation || travel.IsOfVehicle()) motion.memory = 0.0;
+  if (travel.IsOfVehicle()) motion.memory = 0.0;
   return motion;
 }
 
@@ -59,10 +56,13 @@ inline std::shared_ptr<const FixedPattern> PatternOf(const FrameLabellerOptions&
   return std::make_shared<FixedPattern>(median, FixedPatternOptions());
 }
 
+// Of a focal length that is not known yet. One that is too long hardly changes which places fit: the
+// turn then looks like a shift. One that is too short bends it, so it is longer than most.
+inline constexpr double kAssumedFocalRatio = 1.4;
+
 class TrackLabeller : public FrameLabeller {
  public:
-  static absl::StatusOr<std::unique_ptr<FrameLabeller>> Create(const FrameLabellerOptions& options,
-                                                               MotionSelector select_motion);
+  static absl::StatusOr<std::unique_ptr<FrameLabeller>> Create(const FrameLabellerOptions& options);
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const override;
   absl::Status Prepare(const ExtractedFrame& first, const ExtractedFrame& second) const override;
@@ -79,13 +79,12 @@ class TrackLabeller : public FrameLabeller {
   using Pictures = std::vector<std::shared_ptr<const ExtractedFrame>>;
 
   // focal: absent where the focal length is not learnt here.
-  TrackLabeller(const FrameLabellerOptions& options, MotionSelector select_motion,
-                EvidenceLabeller evidence, std::optional<FocalLearner> focal)
+  TrackLabeller(const FrameLabellerOptions& options, EvidenceLabeller evidence,
+                std::optional<FocalLearner> focal)
       : options_(options),
-        select_motion_(std::move(select_motion)),
         pattern_(PatternOf(options)),
         movers_(options.flow_stride_pixels),
-        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options, options.travel), pattern_),
+        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options.travel), pattern_),
         evidence_(std::move(evidence)),
         focal_(std::move(focal)) {}
 
@@ -114,23 +113,18 @@ class TrackLabeller : public FrameLabeller {
   // Labels from the pictures ahead alone; the outcome stays as it is if none of them can be used.
   absl::Status LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
                               LabelledFrame& result);
-  absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
-                                         LabelledFrame& result) const;
-  // Over the longer side, given or learnt; 0: not known.
+  // Over the longer side; given, learnt or assumed.
   double focal_ratio() const {
-    return focal_ ? focal_->learnt().focal_ratio : options_.focal_ratio;
+    const double known = focal_ ? focal_->learnt().focal_ratio : options_.focal_ratio;
+    return known > 0.0 ? known : kAssumedFocalRatio;
   }
   // Given or learnt; need not be known.
   const TravelPrior& travel() const { return focal_ ? focal_->learnt().travel : options_.travel; }
-  // Whether the camera's motion is estimated by two_view_motion.h.
-  bool IsCalibrated() const { return focal_ratio() > 0.0; }
   // For the frames after this one. outcome: without the pictures ahead.
   void LearnCamera(const ExtractedFrame& frame, LabelOutcome outcome);
-  // The motion between the two frames of the pair. Sets `world` if it is calibrated and not known.
-  absl::StatusOr<MotionModel> MotionOfTracks(const std::vector<TrackedPoint>& points,
-                                             const ExtractedFrame& frame, const MovedNodes& moved,
-                                             TwoViewMotion& world, LabelledFrame& result);
-  // Empty if the motion is not calibrated.
+  // The motion between the two frames of the pair. Sets `world` if it is not known.
+  MotionModel MotionOfTracks(const std::vector<TrackedPoint>& points, const ExtractedFrame& frame,
+                             const MovedNodes& moved, TwoViewMotion& world, LabelledFrame& result);
   absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
                                     absl::Span<const float> moved, LabellingTimes& times);
   absl::StatusOr<Sight> SightOf(const ExtractedFrame& before, const ExtractedFrame& frame,
@@ -157,10 +151,8 @@ class TrackLabeller : public FrameLabeller {
   void UseGround(const ExtractedFrame& before, const ExtractedFrame* first,
                  const ExtractedFrame& frame, const Pictures& ahead, int gap, Sight& sight,
                  std::vector<TrackedPoint>& points);
-  void ObserveGap(const MotionModel& model, int gap);
 
   const FrameLabellerOptions options_;
-  const MotionSelector select_motion_;
   const std::shared_ptr<const FixedPattern> pattern_;
   std::deque<std::shared_ptr<const ExtractedFrame>> history_;  // at most frame_gap, oldest first
   GapState gap_;

@@ -12,10 +12,10 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "vision/evidence/evidence_accumulator.h"
-#include "vision/evidence/pinhole.h"
 #include "vision/frame/ignored_area.h"
 #include "vision/geometry/mix_seed.h"
 #include "vision/geometry/motion_model.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/residual.h"
 #include "vision/image/inside.h"
 #include "vision/labelling/evidence_labeller.h"
@@ -81,7 +81,6 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
                      const MotionModel& model, const EvidenceResult& evidence,
                      const FrameLabellerOptions& options, bool is_of_vehicle,
                      LabelledFrame& result) {
-  result.noise_pixels = evidence.noise_pixels;
   // A distance to a line checks one direction of two: a single place may pass by chance.
   const bool needs_support = model.kind == MotionModelKind::kFundamental;
   const auto add = [&](cv::Point2f now, cv::Point2f before, double probability, EvidenceTerm by) {
@@ -120,7 +119,6 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   result.outcome = LabelOutcome::kLabelled;
 }
 
-constexpr uint64_t kGeometryStep = 1;
 constexpr int kNoGap = 1 << 20;  // longer than any track
 // Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their
 // mean, also holds reflections, which change within half a second.
@@ -128,25 +126,8 @@ constexpr int kGroundPictures = 5;
 
 }  // namespace
 
-absl::StatusOr<MotionModel> TrackLabeller::FindMotion(const std::vector<PointPair>& pairs,
-                                                      int64_t frame_index,
-                                                      LabelledFrame& result) const {
-  Stopwatch watch;
-  const uint64_t seed = MixSeed(options_.seed, static_cast<uint64_t>(frame_index), kGeometryStep);
-  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, select_motion_(pairs, seed));
-  result.times.geometry_milliseconds += watch.LapMilliseconds();
-  RecordMotion(model, result);
-  return model;
-}
-
 Pinhole TrackLabeller::Camera(cv::Size size) const {
   return Pinhole::Of(size, focal_ratio() * std::max(size.width, size.height));
-}
-
-void TrackLabeller::ObserveGap(const MotionModel& model, int gap) {
-  if (options_.frame_gap > 0 || !model.trusted) return;
-  ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap,
-                  IsCalibrated() ? kCalibratedGap : kSelectedModelGap, gap_);
 }
 
 void TrackLabeller::AddEarlier(const ExtractedFrame& frame,
@@ -233,7 +214,6 @@ void TrackLabeller::BoundGround(double seconds, TwoViewMotion& motion) const {
 absl::StatusOr<Outlook> TrackLabeller::OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
                                                  absl::Span<const float> moved,
                                                  LabellingTimes& times) {
-  if (!IsCalibrated()) return Outlook();
   Stopwatch watch;
   const double flow_before = pair_motions_.flow_milliseconds();
   EGOSIEVE_ASSIGN_OR_RETURN(
@@ -254,7 +234,7 @@ absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pi
   if (outlook.knows_ground()) MarkUnbounded(frame, TwoViewMotion(), outlook, points);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
-      evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, Camera(frame.grey.size()),
+      evidence_.Judge(nullptr, frame, 1, points, nullptr, Camera(frame.grey.size()),
                       {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}}));
   movers_.Remember(points, evidence, frame.grey.size());
@@ -269,11 +249,9 @@ absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pi
   return absl::OkStatus();
 }
 
-absl::StatusOr<MotionModel> TrackLabeller::MotionOfTracks(const std::vector<TrackedPoint>& points,
-                                                          const ExtractedFrame& frame,
-                                                          const MovedNodes& moved,
-                                                          TwoViewMotion& world,
-                                                          LabelledFrame& result) {
+MotionModel TrackLabeller::MotionOfTracks(const std::vector<TrackedPoint>& points,
+                                          const ExtractedFrame& frame, const MovedNodes& moved,
+                                          TwoViewMotion& world, LabelledFrame& result) {
   std::vector<PointPair> geometry;
   std::vector<float> moved_before;
   const PatternPlaces& fixed = pair_motions_.FixedIn(frame);
@@ -284,11 +262,10 @@ absl::StatusOr<MotionModel> TrackLabeller::MotionOfTracks(const std::vector<Trac
       moved_before.push_back(movers_.At(moved, b, frame.grey.size()));
     }
   }
-  if (!IsCalibrated()) return FindMotion(geometry, frame.frame.index, result);
   Stopwatch watch;
   const Pinhole camera = Camera(frame.grey.size());
   if (!world.found) {
-    world = EstimateOnDrive(geometry, camera, MotionOptionsOf(options_, travel()), moved_before);
+    world = EstimateOnDrive(geometry, camera, MotionOptionsOf(travel()), moved_before);
   }
   MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
   RecordMotion(model, result);
@@ -304,14 +281,19 @@ absl::StatusOr<TrackLabeller::Sight> TrackLabeller::SightOf(const ExtractedFrame
   const Pinhole camera = Camera(frame.grey.size());
   Sight sight;
   EGOSIEVE_ASSIGN_OR_RETURN(sight.outlook, OutlookOf(frame, ahead, moved, times));
-  if (gap > 1 && IsCalibrated()) {
+  Stopwatch watch;
+  const double flow_before = pair_motions_.flow_milliseconds();
+  if (gap > 1) {
     EGOSIEVE_ASSIGN_OR_RETURN(sight.behind,
                               LookBack(before, frame, camera, movers_.nodes(), pair_motions_));
-  } else if (IsCalibrated()) {
+  } else {
     // The motion that was estimated when looking ahead from the frame before.
     EGOSIEVE_ASSIGN_OR_RETURN(sight.world,
                               pair_motions_.Between(before, frame, camera, movers_.nodes()));
   }
+  const double flow = pair_motions_.flow_milliseconds() - flow_before;
+  times.features_milliseconds += flow;
+  times.geometry_milliseconds += watch.LapMilliseconds() - flow;
   return sight;
 }
 
@@ -366,26 +348,27 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   EGOSIEVE_ASSIGN_OR_RETURN(Sight sight, SightOf(before, frame, ahead, moved, gap, result.times));
   auto& [behind, world, outlook] = sight;
   std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
-  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, MotionOfTracks(points, frame, moved, world, result));
-  ObserveGap(model, gap);
+  MotionModel model = MotionOfTracks(points, frame, moved, world, result);
+  if (options_.frame_gap == 0 && model.trusted) {
+    ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap, gap_);
+  }
   Stopwatch watch;
   if (!model.trusted) model.kind = MotionModelKind::kNone;
   const Pinhole camera = Camera(frame.grey.size());
   const ExtractedFrame* first = InHistory(result.first_index);
-  if (IsCalibrated()) UseGround(before, first, frame, ahead, gap, sight, points);
+  UseGround(before, first, frame, ahead, gap, sight, points);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
-      evidence_.Judge(first, frame, gap, model, points, world.found ? &world : nullptr, camera,
+      evidence_.Judge(first, frame, gap, points, model.trusted ? &world : nullptr, camera,
                       {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
                        {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
   movers_.Remember(points, evidence, frame.grey.size());
-  if (IsCalibrated()) {
-    const TwoViewMotion* motion = model.trusted ? &world : nullptr;
-    result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},
-                         points, camera);
-    ground_.SetOnward(result.step.onward);
-  }
+  const TwoViewMotion* motion = model.trusted ? &world : nullptr;
+  result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},
+                       points, camera);
+  ground_.SetOnward(result.step.onward);
+  if (model.trusted) result.noise_pixels = world.noise_pixels;
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();
     LabelByEvidence(frame, points, model, evidence, options_, travel().IsOfVehicle(), result);

@@ -30,7 +30,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "vision/evidence/pinhole.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/own_vehicle/fixed_pattern.h"
 #include "vision/trajectory/two_view_motion.h"

@@ -14,7 +14,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "vision/evidence/pinhole.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/own_vehicle/own_vehicle.h"
 
 namespace egosieve::vision {

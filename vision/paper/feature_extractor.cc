@@ -53,7 +53,7 @@ absl::StatusOr<FeatureSet> ExtractFeatures(const cv::Mat& grey) {
   FeatureSet features;
   try {
     const int64_t count = std::llround(7000.0 * grey.size().area() / (1242.0 * 375.0));
-    const auto sift = cv::SIFT::create(0, 3, kContrastThreshold, 10, 1.6, CV_8U);
+    const auto sift = cv::SIFT::create(0, 3, kContrastThreshold);
     std::vector<cv::KeyPoint> key_points, corners = CornersAsKeyPoints(grey);
     sift->detect(grey, key_points);
 
@@ -65,11 +65,7 @@ absl::StatusOr<FeatureSet> ExtractFeatures(const cv::Mat& grey) {
     features.key_point_count = static_cast<int64_t>(key_points.size());
     key_points.insert(key_points.end(), corners.begin(), corners.end());
     for (const cv::KeyPoint& place : key_points) features.positions.push_back(place.pt);
-    if (!key_points.empty()) {
-      cv::Mat bytes;
-      sift->compute(grey, key_points, bytes);
-      features.descriptors.assign(bytes.begin<uint8_t>(), bytes.end<uint8_t>());
-    }
+    if (!key_points.empty()) sift->compute(grey, key_points, features.descriptors);
   } catch (const cv::Exception& error) {
     return absl::InternalError(absl::StrCat("features: ", error.err));
   }

@@ -1,49 +1,38 @@
 #include "vision/paper/feature_matcher.h"
 
-#include "vision/paper/descriptor_search.h"
+#include <opencv2/features2d.hpp>
 
 namespace egosieve::vision {
 namespace {
 
-constexpr double kRatio = 0.8;
+constexpr float kRatio = 0.8F;
 
-// A contiguous run of features of one kind.
-struct Kind {
-  int64_t begin = 0, end = 0;
-  int64_t size() const { return end - begin; }
-};
-
-Kind KeyPoints(const FeatureSet& set) { return {0, set.key_point_count}; }
-Kind Corners(const FeatureSet& set) { return {set.key_point_count, set.size()}; }
-
-bool PassesRatio(const Nearest& nearest) {
-  if (nearest.second_distance == kNoDistance) return true;
-  return nearest.distance < kRatio * kRatio * nearest.second_distance;
-}
-
-// rows: nearest of the first's `kind_first`, with indices relative to kind_second; columns
-// likewise.
-void AppendMutual(const NearestBothWays& nearest, Kind kind_first, Kind kind_second,
-                  std::vector<Match>& matches) {
-  for (int64_t i = 0; i < kind_first.size(); ++i) {
-    const Nearest& row = nearest.rows[i];
-    if (row.index < 0 || nearest.columns[row.index] != i || !PassesRatio(row)) continue;
-    Match match;
-    match.first = static_cast<int32_t>(kind_first.begin + i);
-    match.second = static_cast<int32_t>(kind_second.begin + row.index);
-    matches.push_back(match);
-  }
+// Rows of the features of one kind.
+cv::Range KeyPoints(const FeatureSet& set) { return {0, static_cast<int>(set.key_point_count)}; }
+cv::Range Corners(const FeatureSet& set) {
+  return {static_cast<int>(set.key_point_count), static_cast<int>(set.size())};
 }
 
 }  // namespace
 
-std::vector<Match> MatchFeatures(const FeatureSet& first, const FeatureSet& second, int threads) {
-  std::vector<Match> matches;
+std::vector<cv::DMatch> MatchFeatures(const FeatureSet& first, const FeatureSet& second) {
+  const cv::BFMatcher matcher(cv::NORM_L2);
+  std::vector<cv::DMatch> matches;
   for (const auto kind : {KeyPoints, Corners}) {
-    const Kind a = kind(first), b = kind(second);
-    const NearestBothWays nearest = SearchDescriptors(
-        first.descriptor(a.begin), a.size(), second.descriptor(b.begin), b.size(), threads);
-    AppendMutual(nearest, a, b, matches);
+    const cv::Range a = kind(first), b = kind(second);
+    if (a.empty() || b.empty()) continue;
+    const cv::Mat of_first = first.descriptors.rowRange(a);
+    const cv::Mat of_second = second.descriptors.rowRange(b);
+    std::vector<std::vector<cv::DMatch>> forward;
+    std::vector<cv::DMatch> backward;
+    matcher.knnMatch(of_first, of_second, forward, 2);
+    matcher.match(of_second, of_first, backward);
+    for (const std::vector<cv::DMatch>& nearest : forward) {
+      const cv::DMatch& best = nearest.front();
+      const bool is_clear = nearest.size() < 2 || best.distance < kRatio * nearest.back().distance;
+      if (!is_clear || backward[best.trainIdx].trainIdx != best.queryIdx) continue;
+      matches.emplace_back(a.start + best.queryIdx, b.start + best.trainIdx, best.distance);
+    }
   }
   return matches;
 }

@@ -1,11 +1,10 @@
 // Distinguishes false matches from movers: a true match moves like its surroundings, which are
 // static or an object. A false match has any direction.
 //
-//   i agrees where at least `minimum_neighbours` other pairs j have
-//     |x1_i - x1_j| <= radius   and
-//     |d_i - d_j| <= tolerance + tolerance_slope |d_i|,   d = x2 - x1
+//   i agrees where at least two other pairs j have
+//     |x1_i - x1_j| <= 40 px   and   |d_i - d_j| <= 3 px + 0.15 |d_i|,   d = x2 - x1
 //
-// Cost: linear in the pairs times the neighbours of each.
+// Cost: at most quadratic in the pairs, usually far less.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +14,7 @@
 
 namespace egosieve::vision {
 
-struct NeighbourAgreementOptions {
-  double radius_pixels = 40.0;    // positive
-  double tolerance_pixels = 3.0;  // >= 0
-  double tolerance_slope = 0.15;  // of the displacement; >= 0
-  int minimum_neighbours = 2;     // >= 0
-};
-
-// One per pair, 1 where it agrees. Pairs that are not finite agree with none. `options` must be
-// valid.
-std::vector<uint8_t> AgreesWithNeighbours(const std::vector<PointPair>& pairs,
-                                          const NeighbourAgreementOptions& options);
+// One per pair, 1 where it agrees. Pairs that are not finite agree with none.
+std::vector<uint8_t> AgreesWithNeighbours(const std::vector<PointPair>& pairs);
 
 }  // namespace egosieve::vision

@@ -16,7 +16,7 @@
 #include "vision/labelling/stopwatch.h"
 #include "vision/paper/feature_extractor.h"
 #include "vision/paper/feature_matcher.h"
-#include "vision/paper/motion_selection.h"
+#include "vision/paper/fundamental_fit.h"
 #include "vision/paper/neighbour_agreement.h"
 #include "vision/statistics/robust_scale.h"
 
@@ -38,15 +38,15 @@ constexpr char kState[] = "egalpap1";
 std::vector<PointPair> MatchPlaces(const PaperFrame& first, const PaperFrame& second,
                                    const FrameLabellerOptions& options, PairCounts& counts) {
   const FeatureSet &a = first.features, &b = second.features;
-  const std::vector<Match> matches = MatchFeatures(a, b, options.threads);
+  const std::vector<cv::DMatch> matches = MatchFeatures(a, b);
   std::vector<PointPair> places, kept;
-  for (const Match& match : matches) {
-    const cv::Point2f p = a.positions[match.first], q = b.positions[match.second];
+  for (const cv::DMatch& match : matches) {
+    const cv::Point2f p = a.positions[match.queryIdx], q = b.positions[match.trainIdx];
     places.push_back({p.x, p.y, q.x, q.y});
   }
-  const std::vector<uint8_t> agrees = AgreesWithNeighbours(places, {});
+  const std::vector<uint8_t> agrees = AgreesWithNeighbours(places);
   std::vector<uint8_t> is_found(b.size(), 0);
-  for (size_t i = 0; i < matches.size(); ++i) is_found[matches[i].second] = agrees[i];
+  for (size_t i = 0; i < matches.size(); ++i) is_found[matches[i].trainIdx] = agrees[i];
   for (int64_t i = 0; i < b.size(); ++i) {
     counts.scene.AddFeature(b.positions[i], is_found[i] != 0);
   }
@@ -138,7 +138,7 @@ absl::Status PaperLabeller::LabelPair(const PaperFrame& first, const PaperFrame&
   if (!IsEnough(counts, options_.minimum_matches, result)) return absl::OkStatus();
   const uint64_t seed =
       MixSeed(options_.seed, static_cast<uint64_t>(second.frame.index), kGeometryStep);
-  EGOSIEVE_ASSIGN_OR_RETURN(const MotionModel model, FitFundamental(pairs, seed));
+  const MotionModel model = FitFundamental(pairs, seed);
   result.times.geometry_milliseconds = watch.LapMilliseconds();
   RecordMotion(model, result);
   if (model.trusted) LabelByDistance(first, pairs, model, result);

@@ -3,7 +3,7 @@
 //   1. grey, equalised picture                              vision/frame/equalization.h
 //   2. SIFT key points and corners of the frame             feature_extractor.h
 //   3. matches with the frame `frame_gap` before            feature_matcher.h
-//   4. fundamental matrix by RANSAC                         motion_selection.h
+//   4. fundamental matrix by RANSAC                         fundamental_fit.h
 //   5. distance d of each match to its epipolar line gives
 //      its probability of belonging to a mover, p = d / 3 px;
 //      larger d are false matches and get no label

@@ -17,14 +17,7 @@ const gp::PointSet* SparsePoints(const std::variant<ExactModel, DeferredSparseMo
 
 }  // namespace
 
-absl::Status LearnerModelOptions::Validate() const {
-  EGOSIEVE_RETURN_IF_ERROR(sparse.Validate());
-  if (sparse.approximation == gp::SparseApproximation::kSubsetOfRegressors) {
-    return absl::InvalidArgumentError(
-        "the subset of regressors has no variance on devices; choose DTC, whose mean is the same");
-  }
-  return absl::OkStatus();
-}
+absl::Status LearnerModelOptions::Validate() const { return sparse.Validate(); }
 
 absl::StatusOr<LearnerModel> LearnerModel::Create(std::shared_ptr<kernels::Context> context,
                                                   const gp::Hyperparameters& hyperparameters,
@@ -133,11 +126,9 @@ absl::StatusOr<std::vector<float>> LearnerModel::PredictMean(
   const std::vector<double> wide = gp::Widen(points);
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::SparseModel* sparse,
                             std::get<DeferredSparseModel>(model_).Solved());
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const gp::Prediction prediction,
-      sparse->Predict(kernels::ConstMatrixView<double>(wide.data(), points.rows, points.cols),
-                      gp::PredictWhat::kMean));
-  return std::vector<float>(prediction.mean.begin(), prediction.mean.end());
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> mean,
+                            sparse->PredictMean({wide.data(), points.rows, points.cols}));
+  return std::vector<float>(mean.begin(), mean.end());
 }
 
 absl::StatusOr<std::vector<double>> LearnerModel::PredictOwnMean() const {

@@ -4,8 +4,6 @@
 //   median       of rank floor(n / 2): of an even number, the upper of the two in the middle
 //   quantile q   of rank floor(q (n - 1)); always one of the values
 //
-// The interpolated median of an even number is the mean of the two in the middle.
-//
 // There is at least one value, and none is NaN. What is "in place" changes the values' order.
 #pragma once
 
@@ -37,13 +35,6 @@ T Median(std::vector<T> values) {
 template <typename T>
 T QuantileInPlace(std::vector<T>& values, double share) {
   return OfRankInPlace(values, static_cast<size_t>(share * static_cast<double>(values.size() - 1)));
-}
-
-inline double InterpolatedMedian(std::vector<double> values) {
-  const double upper = MedianInPlace(values);
-  if (values.size() % 2 == 1) return upper;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  return 0.5 * (*std::max_element(values.begin(), middle) + upper);
 }
 
 }  // namespace egosieve::vision

@@ -15,9 +15,9 @@
 #include <optional>
 
 #include "kernels/base/parallel_for.h"
-#include "vision/evidence/pinhole.h"
-#include "vision/evidence/relative_pose.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
+#include "vision/geometry/relative_pose.h"
 #include "vision/statistics/order_statistics.h"
 #include "vision/trajectory/bundle_adjustment_terms.h"
 #include "vision/trajectory/two_view_motion.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "vision/evidence/relative_pose.h"
+#include "vision/geometry/relative_pose.h"
 #include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {

@@ -23,7 +23,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "vision/evidence/pinhole.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/trajectory/two_view_motion.h"
 

@@ -34,7 +34,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "vision/evidence/pinhole.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/trajectory/ground_speed.h"
 
 namespace egosieve::vision {

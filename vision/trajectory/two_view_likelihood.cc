@@ -57,17 +57,13 @@ TwoViewMotion Inverse(const TwoViewMotion& motion) {
 }
 
 RelativePose PoseOf(const TwoViewMotion& motion) {
-  RelativePose pose;
-  pose.outcome = motion.HasParallax() ? PoseOutcome::kFound : PoseOutcome::kNoTranslation;
-  pose.rotation = motion.rotation;
-  pose.translation = motion.translation;
-  pose.noise_pixels = motion.noise_pixels;
-  pose.parallax_pixels = motion.parallax_pixels;
-  return pose;
+  return {motion.rotation, motion.translation, motion.noise_pixels};
 }
 
 Matrix3d FundamentalOf(const TwoViewMotion& motion, const Pinhole& camera) {
-  return FundamentalOfPose(PoseOf(motion), camera);
+  const Matrix3d inverse = camera.Matrix().inverse();
+  return (inverse.transpose() * CrossProduct(motion.translation) * motion.rotation * inverse)
+      .normalized();
 }
 
 Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera) {

@@ -56,9 +56,9 @@
 
 #include "absl/status/status.h"
 #include "absl/types/span.h"
-#include "vision/evidence/pinhole.h"
-#include "vision/evidence/relative_pose.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
+#include "vision/geometry/relative_pose.h"
 #include "vision/trajectory/travel_prior.h"
 
 namespace egosieve::vision {
@@ -124,7 +124,7 @@ TwoViewMotion Inverse(const TwoViewMotion& motion);
 Eigen::Matrix3d FundamentalOf(const TwoViewMotion& motion, const Pinhole& camera);
 Eigen::Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera);
 
-// Its outcome is kFound where HasParallax().
+// Its translation means something where HasParallax().
 RelativePose PoseOf(const TwoViewMotion& motion);
 
 // Sets ground_slope and ground_heights by the pairs from which the motion was estimated. Only

@@ -56,8 +56,7 @@ class CholeskyLaws : public testing::TestWithParam<std::tuple<int, double>> {
 TEST_P(CholeskyLaws, FactorizeGivesTheFactor) {
   auto generator = TestGenerator();
   const RowMatrix k = RandomGram(n(), noise(), generator);
-  IncrementalCholesky cholesky;
-  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  IncrementalCholesky cholesky = FactorOf(k);
   ExpectFactorOf(k, cholesky, k.rows());
 }
 
@@ -84,8 +83,7 @@ TEST_P(CholeskyLaws, RemoveIsTheFactorOfTheRest) {
     sets.emplace_back(count);
     std::iota(sets[2].begin(), sets[2].end(), n() - count);  // the newest
     for (const auto& rows : sets) {
-      IncrementalCholesky cholesky;
-      ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+      IncrementalCholesky cholesky = FactorOf(k);
       ASSERT_TRUE(cholesky.Remove(rows).ok());
       ExpectFactorOf(Select(k, Complement(n(), rows)), cholesky, k.rows());
     }
@@ -96,8 +94,7 @@ TEST_P(CholeskyLaws, AppendThenRemoveIsBefore) {
   auto generator = TestGenerator();
   const int64_t added = 33;
   const RowMatrix k = RandomGram(n() + added, noise(), generator);
-  IncrementalCholesky cholesky;
-  ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(n(), n())))).ok());
+  IncrementalCholesky cholesky = FactorOf(k.topLeftCorner(n(), n()));
   const RowMatrix before = Factor(cholesky);
   AppendRows(k, n(), n() + added, cholesky);
   std::vector<int64_t> rows(added);
@@ -109,11 +106,11 @@ TEST_P(CholeskyLaws, AppendThenRemoveIsBefore) {
 TEST_P(CholeskyLaws, SolvesHaveSmallResiduals) {
   auto generator = TestGenerator();
   const RowMatrix k = RandomGram(n(), noise(), generator);
-  IncrementalCholesky cholesky;
-  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  IncrementalCholesky cholesky = FactorOf(k);
   const RowMatrix b = RandomPoints(n(), 37, generator);
   RowMatrix x = b;
-  ASSERT_TRUE(cholesky.Solve(ViewOf(x)).ok());
+  SolveLower(cholesky.Factor(), ViewOf(x));
+  SolveLowerTransposed(cholesky.Factor(), ViewOf(x));
   // (K + E) x = b with |E| <= (3 n + 1) eps |L| |L^T| (Higham, theorem 10.4).
   const double unit = (3.0 * n() + 1.0) * kEpsilon;
   EXPECT_LE((k * x - b).norm(), unit * k.trace() * x.norm());
@@ -129,8 +126,7 @@ TEST_P(CholeskyLaws, SolvesHaveSmallResiduals) {
 TEST_P(CholeskyLaws, DeterminantAndInverseDiagonalAgreeWithEigen) {
   auto generator = TestGenerator();
   const RowMatrix k = RandomGram(n(), noise(), generator);
-  IncrementalCholesky cholesky;
-  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  IncrementalCholesky cholesky = FactorOf(k);
   const RowMatrix l = Factor(cholesky);
   double log_determinant = 0.0;
   for (int64_t i = 0; i < n(); ++i) log_determinant += 2.0 * std::log(l(i, i));
@@ -155,12 +151,12 @@ TEST_P(CholeskyLaws, ThreadCountDoesNotChangeABit) {
   std::vector<RowMatrix> factors;
   for (const int threads : {1, 2, 5}) {
     kernels::SetMaximumThreads(threads);
-    IncrementalCholesky cholesky;
-    ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(n(), n())))).ok());
+    IncrementalCholesky cholesky = FactorOf(k.topLeftCorner(n(), n()));
     AppendRows(k, n(), n() + 70, cholesky);
     ASSERT_TRUE(cholesky.Remove(rows).ok());
     RowMatrix b = RowMatrix::Identity(cholesky.size(), cholesky.size());
-    ASSERT_TRUE(cholesky.Solve(ViewOf(b)).ok());
+    SolveLower(cholesky.Factor(), ViewOf(b));
+    SolveLowerTransposed(cholesky.Factor(), ViewOf(b));
     factors.push_back(Factor(cholesky));
     factors.push_back(b);
   }
@@ -181,8 +177,7 @@ TEST(IncrementalCholesky, LargeSizesCrossEveryTile) {
   auto generator = TestGenerator();
   const int64_t n = 700;
   const RowMatrix k = RandomGram(n, 1e-3, generator);
-  IncrementalCholesky cholesky;
-  ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(400, 400)))).ok());
+  IncrementalCholesky cholesky = FactorOf(k.topLeftCorner(400, 400));
   AppendRows(k, 400, n, cholesky);
   ExpectFactorOf(k, cholesky, k.rows());
   const std::vector<int64_t> rows = RandomRows(n, 150, generator);
@@ -198,8 +193,7 @@ TEST(IncrementalCholesky, RemovesRowsThatHardlyCorrelate) {
     RowMatrix k = RowMatrix::Constant(n, n, correlation);
     k.diagonal().setConstant(1.25);
     for (const std::vector<int64_t>& rows : {std::vector<int64_t>{0}, {0, 1, 2, 7, 20}}) {
-      IncrementalCholesky cholesky;
-      ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+      IncrementalCholesky cholesky = FactorOf(k);
       ASSERT_TRUE(cholesky.Remove(rows).ok());
       ASSERT_TRUE(Factor(cholesky).allFinite()) << correlation;
       ExpectFactorOf(Select(k, Complement(n, rows)), cholesky, n);
@@ -211,8 +205,7 @@ TEST(IncrementalCholesky, RefusesDuplicatesAndStaysUnchanged) {
   auto generator = TestGenerator();
   const int64_t n = 90;
   RowMatrix k = RandomGram(n, 1e-6, generator);
-  IncrementalCholesky cholesky;
-  ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(80, 80)))).ok());
+  IncrementalCholesky cholesky = FactorOf(k.topLeftCorner(80, 80));
   const RowMatrix before = Factor(cholesky);
   k.row(85) = k.row(3);  // a duplicate without noise of its own
   k.col(85) = k.col(3);
@@ -222,13 +215,13 @@ TEST(IncrementalCholesky, RefusesDuplicatesAndStaysUnchanged) {
   absl::Status status = cholesky.Append(ViewOf(below), ViewOf(corner));
   EXPECT_THAT(status, IsError(absl::StatusCode::kFailedPrecondition, "row 85"));
   EXPECT_EQ(Factor(cholesky), before);
-  status = cholesky.Factorize(ViewOf(k));
+  status = Factorize(k, cholesky);
   EXPECT_THAT(status, IsError(absl::StatusCode::kFailedPrecondition, "row 85"));
   EXPECT_EQ(Factor(cholesky), before);
 
   RowMatrix poisoned = RandomGram(90, 1e-6, generator);
   poisoned(70, 20) = std::numeric_limits<double>::quiet_NaN();
-  status = cholesky.Factorize(ViewOf(poisoned));
+  status = Factorize(poisoned, cholesky);
   EXPECT_THAT(status, IsError(absl::StatusCode::kFailedPrecondition, "row 70"));
   EXPECT_EQ(Factor(cholesky), before);
 
@@ -245,8 +238,7 @@ TEST(IncrementalCholesky, NoMemoryIsAnError) {
 #endif
   auto generator = TestGenerator();
   const RowMatrix k = RandomGram(10, 1e-3, generator);
-  IncrementalCholesky cholesky;
-  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  IncrementalCholesky cholesky = FactorOf(k);
   EXPECT_EQ(cholesky.Reserve(int64_t{1} << 28).code(), absl::StatusCode::kResourceExhausted);
   ExpectFactorOf(k, cholesky, 10);
 }
@@ -254,8 +246,7 @@ TEST(IncrementalCholesky, NoMemoryIsAnError) {
 TEST(IncrementalCholesky, RefusesBadArguments) {
   auto generator = TestGenerator();
   const RowMatrix k = RandomGram(10, 1e-3, generator);
-  IncrementalCholesky cholesky;
-  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  IncrementalCholesky cholesky = FactorOf(k);
   const RowMatrix before = Factor(cholesky);
   using Rows = std::vector<int64_t>;
   for (const Rows& rows : {Rows{-1}, Rows{10}, Rows{3, 3}, Rows{4, 2}}) {
@@ -263,10 +254,8 @@ TEST(IncrementalCholesky, RefusesBadArguments) {
     std::vector<double> out(rows.size());
     EXPECT_THAT(cholesky.InverseDiagonal(rows, absl::MakeSpan(out)), IsInvalid());
   }
-  RowMatrix b = RowMatrix::Zero(9, 2);
-  EXPECT_THAT(cholesky.Solve(ViewOf(b)), IsInvalid());
+  const RowMatrix b = RowMatrix::Zero(9, 2);
   EXPECT_THAT(cholesky.Append(ViewOf(b), ViewOf(k)), IsInvalid());
-  EXPECT_THAT(cholesky.Factorize(ViewOf(b)), IsInvalid());
   EXPECT_EQ(Factor(cholesky), before);
 }
 
@@ -274,8 +263,7 @@ TEST(IncrementalCholesky, RefusesBadArguments) {
 TEST(IncrementalCholesky, AKeptFactorStaysAsItWas) {
   auto generator = TestGenerator();
   const RowMatrix k = RandomGram(40, 0.5, generator);
-  IncrementalCholesky cholesky;
-  ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(20, 20)))).ok());
+  IncrementalCholesky cholesky = FactorOf(k.topLeftCorner(20, 20));
   const IncrementalCholesky::Kept first = cholesky.Keep();
   const RowMatrix of_first = CopyOf(first.factor);
   AppendRows(k, 20, 30, cholesky);
@@ -297,8 +285,7 @@ TEST(IncrementalCholesky, AKeptFactorStaysAsItWas) {
 TEST(IncrementalCholesky, CopiesNothingForHoldersThatAreGone) {
   auto generator = TestGenerator();
   const RowMatrix k = RandomGram(20, 0.5, generator);
-  IncrementalCholesky cholesky;
-  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  IncrementalCholesky cholesky = FactorOf(k);
   cholesky.Keep();
   const double* memory = cholesky.Factor().data;
   ASSERT_TRUE(cholesky.Remove({3}).ok());

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "gp/linalg/incremental_cholesky.h"
 #include "gtest/gtest.h"
 #include "kernels/base/matrix_view.h"
 
@@ -87,6 +88,20 @@ inline RowMatrix Select(const RowMatrix& k, const std::vector<int64_t>& rows) {
     for (int64_t j = 0; j < n; ++j) out(i, j) = k(rows[i], rows[j]);
   }
   return out;
+}
+
+// Replaces the factor by that of K, of which the lower triangle is read.
+inline absl::Status Factorize(const RowMatrix& k, IncrementalCholesky& cholesky) {
+  return cholesky.Factorize(k.rows(), [&](kernels::MatrixView<double> out) {
+    for (int64_t i = 0; i < k.rows(); ++i) std::copy_n(k.row(i).data(), i + 1, out.row(i));
+    return absl::OkStatus();
+  });
+}
+
+inline IncrementalCholesky FactorOf(const RowMatrix& k) {
+  IncrementalCholesky cholesky;
+  EXPECT_TRUE(Factorize(k, cholesky).ok());
+  return cholesky;
 }
 
 // f'(0) by the five-point rule with steps of h: off by h^4 / 30 times the fifth derivative.

@@ -102,9 +102,7 @@ TEST_P(ErrorOfFloat32, IsWithinItsBound) {
   if (!IsFloat32()) GTEST_SKIP() << "the reference is in float64";
   const Hyperparameters theta = ThetaOf(GetParam(), 0.05);
   auto exact = Value(ExactModel::Create(TestContext(), theta));
-  auto sparse = Value(SparseModel::Create(TestContext(), theta, {.inducing_points = 40}));
   AddSine(0.0, 1.0, exact);
-  AddSine(0.0, 1.0, sparse);
   const RowMatrix queries = Queries();
   const auto expect_bounded = [&](const AdaptivePosterior& posterior) {
     const auto error = Value(posterior.Error(/*with_variance=*/true));
@@ -118,7 +116,12 @@ TEST_P(ErrorOfFloat32, IsWithinItsBound) {
     ExpectBounded(narrow.variance, wide.variance, error.variance, factors);
   };
   expect_bounded(PosteriorOf(exact));
-  expect_bounded(PosteriorOf(sparse));
+  for (const auto approximation : {SparseApproximation::kDtc, SparseApproximation::kFitc}) {
+    auto sparse = Value(SparseModel::Create(
+        TestContext(), theta, {.approximation = approximation, .inducing_points = 40}));
+    AddSine(0.0, 1.0, sparse);
+    expect_bounded(PosteriorOf(sparse));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ErrorOfFloat32,
@@ -252,20 +255,6 @@ TEST(Float64Posterior, GivesAQueryTheSameBitsInAnyTile) {
   ExpectIndependentOfOthers(sparse);
 }
 
-// The two factors of (SP5) against the one of the posterior's form.
-TEST(Float64Posterior, OfASparseModelIsTheModels) {
-  auto model = Value(SparseModel::Create(TestContext(), ThetaOf("squared_exponential", 0.05),
-                                         {.inducing_points = 30}));
-  AddSine(1.0, 1.0, model);
-  const RowMatrix queries = Queries();
-  const auto expected = Value(model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance));
-  const Results found = Evaluate(**model.MakeFloat64Posterior(), ViewOf(queries));
-  for (int64_t i = 0; i < kQueries; ++i) {
-    EXPECT_NEAR(found.mean[i], expected.mean[i], 1e-9);
-    EXPECT_NEAR(found.variance[i], expected.variance[i], 1e-9);
-  }
-}
-
 TEST(Float64Posterior, StaysAsItWasWhileTheModelChanges) {
   auto model = Value(ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1)));
   AddSine(0.0, 1.0, model);
@@ -363,7 +352,7 @@ TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
 
   auto exact = ExactModel::Create(TestContext(), theta);
   ASSERT_TRUE(exact->Add(training, frame.labels, 0).ok());
-  const auto exact_prediction = Value(exact->Predict(queries, PredictWhat::kMeanAndVariance));
+  const auto exact_prediction = Value(Predict(*exact, queries, PredictWhat::kMeanAndVariance));
   const std::vector<double> expected =
       Probabilities(exact_prediction, *exact->PredictLeaveOneOut(), theta, frame.labels);
   const std::vector<bool> truth(frame.truth.begin() + kTraining, frame.truth.end());
@@ -381,7 +370,7 @@ TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
     SparseModelOptions options{.approximation = c.approximation, .inducing_points = c.inducing};
     auto model = Value(SparseModel::Create(TestContext(), theta, options));
     ASSERT_TRUE(model.Add(training, frame.labels, 0).ok());
-    const auto prediction = Value(model.Predict(queries, PredictWhat::kMeanAndVariance));
+    const auto prediction = Value(Predict(model, queries, PredictWhat::kMeanAndVariance));
     const std::vector<double> found =
         Probabilities(prediction, Value(model.PredictLeaveOneOut()), theta, frame.labels);
     const std::vector<double> differences = SortedDifferences(found, expected);

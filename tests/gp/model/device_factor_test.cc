@@ -126,8 +126,8 @@ void ExpectSamePredictions(const Model& here, const Model& there) {
   auto generator = TestGenerator();
   const RowMatrix queries = 2.0 * RandomPoints(300, 3, generator);
   for (const PredictWhat what : {PredictWhat::kMean, PredictWhat::kMeanAndVariance}) {
-    const auto expected = Value(here.Predict(ViewOf(queries), what));
-    const auto actual = Value(there.Predict(ViewOf(queries), what));
+    const auto expected = Value(Predict(here, ViewOf(queries), what));
+    const auto actual = Value(Predict(there, ViewOf(queries), what));
     EXPECT_THAT(actual.mean, testing::Pointwise(testing::DoubleNear(1e-9), expected.mean));
     EXPECT_THAT(actual.variance, testing::Pointwise(testing::DoubleNear(1e-9), expected.variance));
   }
@@ -164,7 +164,7 @@ TEST(DeviceFactor, APredictionThatFailsThereSaysSo) {
   ExactModel model = MakeModel(OwnMemory(), UnevenHyperparameters(CovarianceFunction::kArcsine, 2));
   ASSERT_TRUE(model.Add(ViewOf(points.inputs), points.labels, 0).ok());
   const auto predict = [&] {
-    return model.Predict(ViewOf(points.inputs), PredictWhat::kMeanAndVariance).status();
+    return Predict(model, ViewOf(points.inputs), PredictWhat::kMeanAndVariance).status();
   };
   for (int call = 0; call < 2; ++call) {
     kernels::FailCall("clEnqueueReadBuffer", call, CL_OUT_OF_RESOURCES);

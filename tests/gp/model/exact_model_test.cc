@@ -2,11 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <thread>
 #include <vector>
 
 #include "gp/covariance/prior_variance.h"
@@ -66,7 +64,7 @@ TEST(ExactModel, FollowsAdditionsAndRemovals) {
     for (size_t i = 0; i < kept.size(); ++i) {
       x.row(i) = points.inputs.row(kept[i]);
       y.push_back(points.targets()[kept[i]]);
-      EXPECT_EQ(model.identities()[i], kept[i]);
+      EXPECT_EQ(model.points().identities[i], kept[i]);
       EXPECT_EQ(model.insertion_times()[i], kept[i] < 40 ? 3 : kept[i] < 41 ? 4 : 9);
     }
     EXPECT_EQ(CopyOf(model.inputs()), x);
@@ -114,7 +112,7 @@ TEST(ExactModel, PosteriorStaysAsTheModelWas) {
   const SquashParameters squash{2.0, 0.1};
   const auto posterior = Value(model.MakePosterior(squash));
   const RowMatrix queries = RandomPoints(50, 6, generator).cast<float>().cast<double>();
-  const auto expected = model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance);
+  const auto expected = Predict(model, ViewOf(queries), PredictWhat::kMeanAndVariance);
   Add(points, 100, 120, 1, model);
 
   const NarrowMatrix narrow = queries.cast<float>();
@@ -128,36 +126,6 @@ TEST(ExactModel, PosteriorStaysAsTheModelWas) {
     EXPECT_NEAR(variance[i], expected->variance[i], 1e-4);
     EXPECT_NEAR(probability[i], squash.Probability(expected->mean[i], expected->variance[i]), 1e-4);
   }
-  std::vector<float> of_y = variance;
-  posterior->AddNoiseVariance(absl::MakeSpan(of_y));
-  EXPECT_FLOAT_EQ(of_y[7], variance[7] + 0.25f);
-}
-
-// By a plain solution in float64; float32 on the device adds 1e-6 sigma_f^2 a covariance and the
-// queries' own rounding.
-TEST(ExactModel, MeansAreThoseOfTheFormulas) {
-  auto generator = TestGenerator();
-  const LabelledPoints points = NoisyBlobs(90, 4, generator);
-  ExactModel model = MakeModel(UnevenHyperparameters(CovarianceFunction::kArcsine, 4));
-  Add(points, 0, 90, 0, model);
-  const RowMatrix k = GramOf(model.hyperparameters(), points.inputs);
-  const std::vector<double> y = points.targets();
-  const Eigen::VectorXd alpha =
-      Eigen::LLT<Eigen::MatrixXd>(k).solve(Eigen::Map<const Eigen::VectorXd>(y.data(), 90));
-  RowMatrix covariance = k;
-  covariance.diagonal().array() -= model.hyperparameters().noise_variance();
-  const Eigen::VectorXd mean = covariance * alpha;
-  const double tolerance =
-      4.0 * 90 * kEpsilon * k.trace() / model.hyperparameters().noise_variance();
-  const NarrowMatrix narrow = points.inputs.cast<float>();
-  const std::vector<double> own = model.PredictOwnMean();
-  const auto there = Value(model.Predict(ViewOf(points.inputs), PredictWhat::kMean));
-  const auto fast = Value(model.PredictMean({narrow.data(), 90, 4}));
-  for (int64_t i = 0; i < 90; ++i) {
-    EXPECT_NEAR(own[i], mean[i], tolerance);
-    EXPECT_NEAR(there.mean[i], mean[i], tolerance);
-    EXPECT_NEAR(fast[i], mean[i], 2e-6 * 1.3 * 1.3 * alpha.lpNorm<1>());
-  }
 }
 
 TEST(ExactModel, EmptyModelAnswersWithThePrior) {
@@ -166,7 +134,7 @@ TEST(ExactModel, EmptyModelAnswersWithThePrior) {
   const NarrowMatrix narrow = queries.cast<float>();
   const auto mean = Value(model.PredictMean({narrow.data(), 3, 6}));
   EXPECT_THAT(mean, ElementsAre(0.0f, 0.0f, 0.0f));
-  const auto prediction = Value(model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance));
+  const auto prediction = Value(Predict(model, ViewOf(queries), PredictWhat::kMeanAndVariance));
   EXPECT_EQ(prediction.mean[1], 0.0);
   EXPECT_EQ(prediction.variance[1],
             PriorVariance(model.hyperparameters().covariance, queries.row(1).data()));
@@ -220,10 +188,10 @@ TEST(ExactModel, CountsTheVariancesItClamps) {
   ExactModel model = MakeModel(theta);
   const LabelledPoints points = NoisyBlobs(200, 2, generator);
   Add(points, 0, 200, 0, model);
-  const auto at = Value(model.Predict(ViewOf(points.inputs), PredictWhat::kMeanAndVariance));
+  const auto at = Value(Predict(model, ViewOf(points.inputs), PredictWhat::kMeanAndVariance));
   EXPECT_LE(at.clamped_variances, std::count(at.variance.begin(), at.variance.end(), 0.0));
   EXPECT_GT(at.clamped_variances, 0);
-  const auto means = model.Predict(ViewOf(points.inputs), PredictWhat::kMean);
+  const auto means = Predict(model, ViewOf(points.inputs), PredictWhat::kMean);
   EXPECT_EQ(means->clamped_variances, 0);
 }
 
@@ -253,7 +221,7 @@ TEST(ExactModel, RefusesBadArgumentsAndStaysUnchanged) {
   expect_invalid(model.SetHyperparameters(theta), "noise_stddev");
   expect_invalid(model.SetHyperparameters(DefaultHyperparameters(CovarianceFunction::kArcsine, 5)),
                  "the covariance takes 5 inputs");
-  EXPECT_FALSE(model.Predict(ViewOf(wide), PredictWhat::kMean).ok());
+  EXPECT_FALSE(Predict(model, ViewOf(wide), PredictWhat::kMean).ok());
   EXPECT_FALSE(ExactModel::Create(nullptr, model.hyperparameters()).ok());
   EXPECT_FALSE(ExactModel::Create(TestContext(), theta).ok());
 }
@@ -288,46 +256,11 @@ TEST(ExactModel, GpmlsNumbers) {
               233.9 * 1e-10);
   RowMatrix queries(2, 1);
   queries << 0.0, 1.0;
-  const auto prediction = Value(model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance));
+  const auto prediction = Value(Predict(model, ViewOf(queries), PredictWhat::kMeanAndVariance));
   EXPECT_NEAR(prediction.mean[0], 1.366929392622168, 1.4e-10);
   EXPECT_NEAR(prediction.mean[1], 2.486821640898967, 2.5e-10);
   EXPECT_NEAR(prediction.variance[0] + 0.01, 0.01163764014804, 1e-12);
   EXPECT_NEAR(prediction.variance[1] + 0.01, 0.01511797539900, 1e-12);
-}
-
-// A posterior answers other threads while the model that made it goes on learning.
-
-TEST(PosteriorThreads, AnswersStayTheSameWhileTheModelLearns) {
-  auto generator = TestGenerator();
-  const LabelledPoints points = NoisyBlobs(300, 6, generator);
-  const kernels::ConstMatrixView<double> x = ViewOf(points.inputs);
-  const auto labels = absl::MakeConstSpan(points.labels);
-  auto model = Value(ExactModel::Create(
-      TestContext(), DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, 6)));
-  ASSERT_TRUE(model.Add(x.rows_between(0, 150), labels.first(150), 0).ok());
-  const auto posterior = Value(model.MakePosterior({1.5, 0.2}));
-  const NarrowMatrix queries = RandomPoints(500, 6, generator).cast<float>();
-  const auto evaluate = [&] {
-    std::vector<float> values(1500);
-    const auto counts = posterior->Evaluate(
-        {queries.data(), 500, 6}, {values.data(), values.data() + 500, values.data() + 1000});
-    return counts.ok() ? values : std::vector<float>();
-  };
-  const std::vector<float> expected = evaluate();
-  ASSERT_EQ(expected.size(), 1500u);
-  std::atomic<int> wrong{0};
-  std::vector<std::thread> readers;
-  for (int reader = 0; reader < 4; ++reader) {
-    readers.emplace_back([&] {
-      for (int round = 0; round < 5; ++round) wrong += evaluate() != expected;
-    });
-  }
-  for (int64_t begin = 150; begin < 300; begin += 30) {
-    EXPECT_TRUE(model.Add(x.rows_between(begin, begin + 30), labels.subspan(begin, 30), 1).ok());
-    EXPECT_TRUE(model.Remove({0, 3, 17, 90}).ok());
-  }
-  for (std::thread& reader : readers) reader.join();
-  EXPECT_EQ(wrong, 0);
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ TEST_P(IterativeModelOf, HasTheMeansOfTheFactor) {
       UnevenHyperparameters(Value(CovarianceFunction::Parse(GetParam())), 4);
   ExactModel exact = Value(ExactModel::Create(TestContext(), theta));
   ASSERT_EQ(exact.AddObservations(problem.data(), 0), absl::OkStatus());
-  const auto expected = Value(exact.Predict(ViewOf(problem.queries), PredictWhat::kMean));
+  const auto expected = Value(Predict(exact, ViewOf(problem.queries), PredictWhat::kMean));
   const IterativeModel model = ModelOf(theta, problem, OptionsOf(1e-11, 100));
   EXPECT_FALSE(model.report().has_value());
   const std::vector<double> means = MeansOf(model, problem.queries);

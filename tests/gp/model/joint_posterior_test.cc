@@ -80,7 +80,7 @@ TEST(SeveralOutputs, AreAsManyModelsWithOneFactor) {
   ExactModel model = problem.Model();
   ASSERT_TRUE(model.Remove({0, 5, 6, 119}).ok());
   EXPECT_EQ(model.outputs(), 3);
-  const auto all = Value(model.Predict(ViewOf(problem.queries), PredictWhat::kMeanAndVariance));
+  const auto all = Value(Predict(model, ViewOf(problem.queries), PredictWhat::kMeanAndVariance));
   const auto posterior = Value(model.MakePosterior({}));
   const NarrowMatrix queries = problem.queries.cast<float>();
   std::vector<float> means(40 * 3), variances(40);
@@ -93,7 +93,7 @@ TEST(SeveralOutputs, AreAsManyModelsWithOneFactor) {
     const std::vector<double> y(problem.y.col(c).begin(), problem.y.col(c).end());
     ASSERT_TRUE(alone->AddTargets(ViewOf(problem.x), y, 0).ok());
     ASSERT_TRUE(alone->Remove({0, 5, 6, 119}).ok());
-    const auto one = Value(alone->Predict(ViewOf(problem.queries), PredictWhat::kMeanAndVariance));
+    const auto one = Value(Predict(*alone, ViewOf(problem.queries), PredictWhat::kMeanAndVariance));
     for (int64_t i = 0; i < 40; ++i) {
       EXPECT_NEAR(all.mean[3 * i + c], one.mean[i], problem.Tolerance());
       EXPECT_EQ(all.variance[i], one.variance[i]);
@@ -126,32 +126,6 @@ TEST(SeveralOutputs, StayAsManyAsTheyAre) {
   EXPECT_EQ(model.outputs(), 1);
 }
 
-// With all points inducing, every approximation but the subset of regressors is exact.
-TEST(SparseJointPosterior, IsTheExactOneWithAllPointsInducing) {
-  auto generator = TestGenerator();
-  const Problem problem(80, 1, generator);
-  const ExactModel exact = problem.Model();
-  const auto expected =
-      Value((*exact.MakeFloat64Posterior())->PredictJoint(ViewOf(problem.queries)));
-  const std::vector<double> y(problem.y.data(), problem.y.data() + problem.y.size());
-  for (const auto kind : {SparseApproximation::kDtc, SparseApproximation::kFitc}) {
-    const SparseModelOptions options{.approximation = kind, .relative_jitter = 1e-9};
-    auto model = Value(SparseModel::Create(TestContext(), problem.theta, options));
-    ASSERT_TRUE(model.AddTargets(ViewOf(problem.x), y, 0).ok());
-    const auto joint =
-        Value((*model.MakeFloat64Posterior())->PredictJoint(ViewOf(problem.queries)));
-    const RowMatrix difference =
-        CopyOf(joint.covariance.view()) - CopyOf(expected.covariance.view());
-    // K_uu's jitter, 1e-9 sigma_n^2, against the smallest eigenvalues that its pivots leave.
-    EXPECT_LE(difference.cwiseAbs().maxCoeff(), 1e-6);
-    EXPECT_NEAR(joint.mean[3], expected.mean[3], 1e-6);
-    const auto marginal = model.Predict(ViewOf(problem.queries), PredictWhat::kMeanAndVariance);
-    EXPECT_NEAR(joint.covariance.row(3)[3], marginal->variance[3], 1e-12);
-    const SampleOptions samples{.count = 3};
-    EXPECT_TRUE((*model.MakeFloat64Posterior())->Sample(ViewOf(problem.queries), samples).ok());
-  }
-}
-
 // Gradients of mean and variance by the inputs, against finite differences.
 
 constexpr int64_t kDimension = 3;
@@ -163,8 +137,8 @@ Prediction CentralDifferences(const Model& model, const RowMatrix& queries, int6
   RowMatrix ahead = queries, behind = queries;
   ahead.col(d).array() += kStep;
   behind.col(d).array() -= kStep;
-  const auto right = Value(model.Predict(ViewOf(ahead), PredictWhat::kMeanAndVariance));
-  const auto left = Value(model.Predict(ViewOf(behind), PredictWhat::kMeanAndVariance));
+  const auto right = Value(Predict(model, ViewOf(ahead), PredictWhat::kMeanAndVariance));
+  const auto left = Value(Predict(model, ViewOf(behind), PredictWhat::kMeanAndVariance));
   Prediction slope = right;
   for (size_t i = 0; i < slope.mean.size(); ++i) {
     slope.mean[i] = (right.mean[i] - left.mean[i]) / (2.0 * kStep);
@@ -175,11 +149,35 @@ Prediction CentralDifferences(const Model& model, const RowMatrix& queries, int6
   return slope;
 }
 
+template <typename Model>
+void ExpectGradients(const Model& model, const RowMatrix& queries) {
+  const int64_t k = model.outputs();
+  const auto posterior = Value(model.MakeFloat64Posterior());
+  const auto at =
+      Value(posterior->PredictGradients(ViewOf(queries), PredictWhat::kMeanAndVariance));
+  for (int64_t d = 0; d < kDimension; ++d) {
+    const Prediction slope = CentralDifferences(model, queries, d);
+    for (int64_t i = 0; i < queries.rows(); ++i) {
+      // Central differences: h^2 / 6 times third derivatives of up to 1e2, and rounding 1e-12 / h.
+      EXPECT_NEAR(at.variance[i * kDimension + d], slope.variance[i], 2e-6)
+          << "query " << i << " input " << d;
+      for (int64_t c = 0; c < k; ++c) {
+        EXPECT_NEAR(at.mean[(i * k + c) * kDimension + d], slope.mean[i * k + c], 2e-6)
+            << "query " << i << " input " << d;
+      }
+    }
+  }
+  const auto of_mean = Value(posterior->PredictGradients(ViewOf(queries), PredictWhat::kMean));
+  EXPECT_EQ(of_mean.mean, at.mean);
+  EXPECT_TRUE(of_mean.variance.empty());
+}
+
 class InputGradient : public testing::TestWithParam<MeanFunction> {};
 
 TEST_P(InputGradient, EqualsFiniteDifferences) {
   auto generator = TestGenerator();
   for (const char* text : {"arcsine", "matern52 + linear", "isotropic(rational_quadratic)"}) {
+    SCOPED_TRACE(text);
     Hyperparameters theta = DefaultHyperparameters(*CovarianceFunction::Parse(text), kDimension);
     theta.mean = GetParam();
     auto model = Value(ExactModel::Create(TestContext(), theta));
@@ -189,25 +187,7 @@ TEST_P(InputGradient, EqualsFiniteDifferences) {
     ASSERT_TRUE(model.AddObservations({ViewOf(x), ViewOf(y)}, 0).ok());
     RowMatrix queries = RandomPoints(9, kDimension, generator);
     queries.row(0) = x.row(0);
-    const auto at = Value((*model.MakeFloat64Posterior())
-                              ->PredictGradients(ViewOf(queries), PredictWhat::kMeanAndVariance));
-    for (int64_t d = 0; d < kDimension; ++d) {
-      const Prediction slope = CentralDifferences(model, queries, d);
-      for (int64_t i = 0; i < queries.rows(); ++i) {
-        // Central differences: h^2 / 6 times third derivatives of up to 1e2, and rounding 1e-12 /
-        // h.
-        EXPECT_NEAR(at.variance[i * kDimension + d], slope.variance[i], 2e-6)
-            << text << " query " << i << " input " << d;
-        for (int64_t c = 0; c < 2; ++c) {
-          EXPECT_NEAR(at.mean[(i * 2 + c) * kDimension + d], slope.mean[2 * i + c], 2e-6)
-              << text << " query " << i << " input " << d;
-        }
-      }
-    }
-    const auto of_mean = Value(
-        (*model.MakeFloat64Posterior())->PredictGradients(ViewOf(queries), PredictWhat::kMean));
-    EXPECT_EQ(of_mean.mean, at.mean);
-    EXPECT_TRUE(of_mean.variance.empty());
+    ExpectGradients(model, queries);
   }
 }
 
@@ -223,17 +203,7 @@ TEST(InputGradient, OfSparseModelsEqualsFiniteDifferences) {
     for (int64_t i = 0; i < 70; ++i) y(i, 0) = std::sin(3.0 * x(i, 0)) * x(i, 1);
     ASSERT_TRUE(model.AddObservations({ViewOf(x), ViewOf(y)}, 0).ok());
     const RowMatrix queries = RandomPoints(9, kDimension, generator);
-    const auto at = Value((*model.MakeFloat64Posterior())
-                              ->PredictGradients(ViewOf(queries), PredictWhat::kMeanAndVariance));
-    for (int64_t d = 0; d < kDimension; ++d) {
-      const Prediction slope = CentralDifferences(model, queries, d);
-      for (int64_t i = 0; i < queries.rows(); ++i) {
-        // As above.
-        const int64_t entry = i * kDimension + d;
-        EXPECT_NEAR(at.variance[entry], slope.variance[i], 2e-6);
-        EXPECT_NEAR(at.mean[entry], slope.mean[i], 2e-6);
-      }
-    }
+    ExpectGradients(model, queries);
   }
 }
 

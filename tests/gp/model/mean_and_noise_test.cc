@@ -33,6 +33,7 @@ class MeanFunctionTest : public testing::TestWithParam<MeanFunction> {
     for (int64_t i = 0; i < 80; ++i) {
       y_(i, 0) = 40.0 + 7.0 * x_(i, 0) + std::sin(4.0 * x_(i, 1));
       y_(i, 1) = -5.0 + x_(i, 2) * x_(i, 2);
+      noise_.push_back(0.5 * (1.0 + x_(i, 2)));
     }
     queries_ = 2.0 * RandomPoints(12, kDimension, generator);
   }
@@ -43,20 +44,26 @@ class MeanFunctionTest : public testing::TestWithParam<MeanFunction> {
     if (q > 1) h.rightCols(kDimension) = x;
     return h;
   }
+  RowMatrix Gram() const {
+    RowMatrix gram = GramOf(theta_, x_);
+    for (int64_t i = 0; i < x_.rows(); ++i) gram(i, i) += noise_[i];
+    return gram;
+  }
   ExactModel Model(const RowMatrix& x, const RowMatrix& y) const {
     auto model = Value(ExactModel::Create(TestContext(), theta_));
-    EXPECT_EQ(model.AddObservations({ViewOf(x), ViewOf(y)}, 0), absl::OkStatus());
+    EXPECT_EQ(model.AddObservations({ViewOf(x), ViewOf(y), noise_}, 0), absl::OkStatus());
     return model;
   }
 
   Hyperparameters theta_ =
       UnevenHyperparameters(CovarianceFunction::kSquaredExponential, kDimension);
   RowMatrix x_, y_, queries_;
+  std::vector<double> noise_;  // of each point, on top
 };
 
 TEST_P(MeanFunctionTest, IsTheTextbooks) {
   const ExactModel model = Model(x_, y_);
-  const RowMatrix gram = GramOf(theta_, x_);
+  const RowMatrix gram = Gram();
   const Eigen::MatrixXd inverse = gram.inverse();
   const RowMatrix h = Basis(x_), h_star = Basis(queries_);
   const RowMatrix k_star = Covariances(theta_, queries_, x_);
@@ -74,7 +81,7 @@ TEST_P(MeanFunctionTest, IsTheTextbooks) {
   const RowMatrix found = CopyOf(joint.covariance.view());
   EXPECT_LE((found - covariance).cwiseAbs().maxCoeff(), tolerance);
   EXPECT_EQ(found, RowMatrix(found.transpose()));
-  const auto marginal = Value(model.Predict(ViewOf(queries_), PredictWhat::kMeanAndVariance));
+  const auto marginal = Value(Predict(model, ViewOf(queries_), PredictWhat::kMeanAndVariance));
   for (int64_t i = 0; i < queries_.rows(); ++i) {
     EXPECT_NEAR(marginal.variance[i], covariance(i, i), tolerance);
     for (int64_t c = 0; c < 2; ++c) {
@@ -83,13 +90,13 @@ TEST_P(MeanFunctionTest, IsTheTextbooks) {
     }
   }
   const std::vector<double> own = model.PredictOwnMean();
-  const auto at_own = model.Predict(ViewOf(x_), PredictWhat::kMean);
+  const auto at_own = Predict(model, ViewOf(x_), PredictWhat::kMean);
   for (size_t i = 0; i < own.size(); ++i) EXPECT_NEAR(own[i], at_own->mean[i], tolerance);
 }
 
 TEST_P(MeanFunctionTest, IsTheSameOnTheDevice) {
   const ExactModel model = Model(x_, y_.leftCols(1));
-  const auto expected = model.Predict(ViewOf(queries_), PredictWhat::kMeanAndVariance);
+  const auto expected = Predict(model, ViewOf(queries_), PredictWhat::kMeanAndVariance);
   const auto posterior = Value(model.MakePosterior({0.1, -4.0}));
   const NarrowMatrix queries = queries_.cast<float>();
   const int64_t m = queries.rows();
@@ -113,13 +120,15 @@ TEST_P(MeanFunctionTest, LeavesPointsOut) {
   const ExactModel model = Model(x_, y_);
   const auto left_out = Value(model.PredictLeaveOneOut());
   const std::vector<double> densities = left_out.LogDensities(model.targets());
+  const std::vector<double> latent = left_out.LatentVariance(theta_.noise_variance());
   for (const int64_t i : {0, 41, 79}) {
     ExactModel without = Model(x_, y_);
     ASSERT_TRUE(without.Remove({i}).ok());
     const RowMatrix query = x_.row(i);
-    const auto expected = Value(without.Predict(ViewOf(query), PredictWhat::kMeanAndVariance));
-    const double variance = expected.variance[0] + theta_.noise_variance();
+    const auto expected = Value(Predict(without, ViewOf(query), PredictWhat::kMeanAndVariance));
+    const double variance = expected.variance[0] + theta_.noise_variance() + noise_[i];
     EXPECT_NEAR(left_out.target_variance[i], variance, 1e-9);
+    EXPECT_NEAR(latent[i], expected.variance[0], 1e-9);
     for (int64_t c = 0; c < 2; ++c) {
       EXPECT_NEAR(left_out.mean[2 * i + c], expected.mean[c], 1e-8);
       const double error = y_(i, c) - expected.mean[c];
@@ -135,7 +144,7 @@ TEST_P(MeanFunctionTest, LikelihoodIsTheRestrictedOne) {
                                                   LikelihoodOrder::kValueAndGradient));
   EXPECT_NEAR(at.value, model.LogMarginalLikelihood(), 1e-9 * std::abs(at.value));
   // Eq. 2.45, of each output.
-  const RowMatrix gram = GramOf(theta_, x_);
+  const RowMatrix gram = Gram();
   const RowMatrix h = Basis(x_);
   const Eigen::MatrixXd inverse = gram.inverse();
   const Eigen::MatrixXd a = h.transpose() * inverse * h;
@@ -171,7 +180,7 @@ TEST(MeanFunction, NeedsPointsThatDetermineIt) {
   theta.mean = MeanFunction::kLinear;
   auto model = Value(ExactModel::Create(TestContext(), theta));
   const double query[2] = {0.0, 0.0};
-  const auto predicted = [&] { return model.Predict({query, 1, 2}, PredictWhat::kMean).status(); };
+  const auto predicted = [&] { return Predict(model, {query, 1, 2}, PredictWhat::kMean).status(); };
   EXPECT_EQ(predicted().code(), absl::StatusCode::kFailedPrecondition);
   const double on_a_line[6] = {0.0, 0.0, 1.0, 1.0, 2.0, 2.0};
   ASSERT_TRUE(model.AddTargets({on_a_line, 3, 2}, {1.0, 2.0, 3.0}, 0).ok());
@@ -252,45 +261,8 @@ TEST(NoiseByPoint, StandsOnTheDiagonal) {
   ASSERT_TRUE(model.Refactorize().ok());
   ExpectAlpha(left, model);
   const std::vector<double> own = model.PredictOwnMean();
-  const auto there = Value(model.Predict(ViewOf(left.x), PredictWhat::kMean));
+  const auto there = Value(Predict(model, ViewOf(left.x), PredictWhat::kMean));
   for (int64_t i = 0; i < 86; ++i) EXPECT_NEAR(own[i], there.mean[i], 1e-11);
-}
-
-TEST(NoiseByPoint, LeavesPointsOut) {
-  auto generator = TestGenerator();
-  const NoisyPoints points(40, generator);
-  const ExactModel model = points.Model();
-  const auto left_out = Value(model.PredictLeaveOneOut());
-  const std::vector<double> latent = left_out.LatentVariance(points.theta.noise_variance());
-  for (const int64_t i : {0, 17, 39}) {
-    ExactModel without = points.Model();
-    ASSERT_TRUE(without.Remove({i}).ok());
-    const RowMatrix query = points.x.row(i);
-    const auto expected = Value(without.Predict(ViewOf(query), PredictWhat::kMeanAndVariance));
-    EXPECT_NEAR(left_out.mean[i], expected.mean[0], 1e-10);
-    EXPECT_NEAR(latent[i], expected.variance[0], 1e-10);
-  }
-}
-
-TEST(NoiseByPoint, LikelihoodAndItsGradient) {
-  auto generator = TestGenerator();
-  const NoisyPoints points(70, generator);
-  const ExactModel model = points.Model();
-  const auto at = Value(ComputeMarginalLikelihood(
-      *TestContext(), points.theta, points.Between(0, 70), LikelihoodOrder::kValueAndGradient));
-  EXPECT_NEAR(at.value, model.LogMarginalLikelihood(), 1e-10);
-  const std::vector<double> theta = ToLogarithms(points.theta);
-  for (size_t t = 0; t < theta.size(); ++t) {
-    const auto value = [&](double step) {
-      std::vector<double> moved = theta;
-      moved[t] += step;
-      return Value(ComputeMarginalLikelihood(*TestContext(), *FromLogarithms(points.theta, moved),
-                                             points.Between(0, 70), LikelihoodOrder::kValue))
-          .value;
-    };
-    // Rounding 1e-13 / h.
-    EXPECT_NEAR(at.gradient[t], FivePointSlope(value, 1e-4), 1e-6) << "theta_" << t;
-  }
 }
 
 TEST(NoiseByPoint, ReachesTheTrainer) {
@@ -309,29 +281,6 @@ TEST(NoiseByPoint, ReachesTheTrainer) {
   auto trainer = HyperparameterTrainer::Create(
       points.theta, HyperparameterBounds::Default(CovarianceFunction::kArcsine, 4), options);
   EXPECT_THAT(trainer->Train(*TestContext(), ViewOf(points.x), points.y, {1.0}), IsInvalid());
-}
-
-// With all points inducing, DTC and FITC are exact.
-TEST(NoiseByPoint, IsInSparseModels) {
-  auto generator = TestGenerator();
-  const NoisyPoints points(60, generator);
-  const ExactModel exact = points.Model();
-  const auto expected = exact.Predict(ViewOf(points.x), PredictWhat::kMeanAndVariance);
-  for (const auto kind : {SparseApproximation::kDtc, SparseApproximation::kFitc}) {
-    const SparseModelOptions options{
-        .approximation = kind, .refresh_share = 10.0, .relative_jitter = 1e-9};
-    auto model = Value(SparseModel::Create(TestContext(), points.theta, options));
-    ASSERT_TRUE(model.AddObservations(points.Between(0, 40), 0).ok());
-    ASSERT_TRUE(model.SetInducingInputs(ViewOf(points.x)).ok());
-    ASSERT_TRUE(model.AddObservations(points.Between(40, 60), 1).ok());
-    const auto found = Value(model.Predict(ViewOf(points.x), PredictWhat::kMeanAndVariance));
-    for (int64_t i = 0; i < 60; ++i) {
-      // K_uu's jitter against its smallest pivots.
-      EXPECT_NEAR(found.mean[i], expected->mean[i], 1e-6);
-      EXPECT_NEAR(found.variance[i], expected->variance[i], 1e-6);
-    }
-    EXPECT_NEAR(Value(model.LogMarginalLikelihood()), exact.LogMarginalLikelihood(), 1e-5);
-  }
 }
 
 TEST(NoiseByPoint, RefusesWhatIsNoVariance) {

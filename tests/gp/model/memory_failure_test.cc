@@ -87,7 +87,7 @@ TEST(MemoryFailure, AnExactModelStaysWhole) {
     ASSERT_EQ(model.size(), 60);
     ASSERT_EQ(model.factor().size(), 60);
     ASSERT_EQ(model.alpha().size(), 60u);
-    ASSERT_EQ(model.identities().size(), 60u);
+    ASSERT_EQ(model.points().identities.size(), 60u);
     ASSERT_EQ(model.insertion_times().size(), 60u);
     ASSERT_EQ(model.State().points.inputs.size(), 60u * kDimension);
     EXPECT_EQ(model.PredictOwnMean(), mean);

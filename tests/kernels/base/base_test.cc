@@ -133,14 +133,14 @@ TEST(KeptMemory, FreedBlocksServeAgainWithoutPageFaults) {
   EXPECT_LT(PageFaults() - before, static_cast<int64_t>(kBlockBytes / kPageBytes));
 }
 
-TEST(PreparePoint, AVectorAndItsRestHaveUnitLength) {
+TEST(PointPreparation, AVectorAndItsRestHaveUnitLength) {
   std::mt19937_64 random = TestRandom();
   for (const double weight : {0.05, 1.0, 30.0, 1000.0}) {
     const CovarianceParameters parameters =
         ArcsineParameters({weight, 2 * weight, 0.5 * weight, weight});
     const std::vector<double> x = RandomPoints(random, 1, 3);
     double prepared[5];
-    PreparePoint(parameters, x.data(), prepared, 1);
+    PointPreparation(parameters).Prepare(x.data(), prepared, 1);
     // (1): 4 |a^ / 2|^2 + 4 (e / 4) = 1, a handful of roundings.
     double sum = prepared[4];
     for (int c = 0; c < 4; ++c) sum += prepared[c] * prepared[c];
@@ -149,14 +149,14 @@ TEST(PreparePoint, AVectorAndItsRestHaveUnitLength) {
   }
 }
 
-TEST(PreparePoint, DifferencesAndDotProductGiveTheSameH) {
+TEST(PointPreparation, DifferencesAndDotProductGiveTheSameH) {
   std::mt19937_64 random = TestRandom();
   const CovarianceParameters parameters = ArcsineParameters({1.0, 2.0, 3.0});
   for (int repeat = 0; repeat < 100; ++repeat) {
     const std::vector<double> x = RandomPoints(random, 2, 2);
     double a[4], b[4];
-    PreparePoint(parameters, &x[0], a, 1);
-    PreparePoint(parameters, &x[2], b, 1);
+    PointPreparation(parameters).Prepare(&x[0], a, 1);
+    PointPreparation(parameters).Prepare(&x[2], b, 1);
     double z = 0.0;
     for (int c = 0; c < 3; ++c) z += 4 * a[c] * b[c];
     const double sign = z < 0 ? -1.0 : 1.0;
@@ -168,18 +168,18 @@ TEST(PreparePoint, DifferencesAndDotProductGiveTheSameH) {
   }
 }
 
-TEST(PreparePoint, WritesWithTheGivenStepInEveryType) {
+TEST(PointPreparation, WritesWithTheGivenStepInEveryType) {
   const CovarianceParameters parameters = SquaredExponentialParameters({0.5, 2.0});
   const float x[] = {1.0f, 3.0f};
   std::vector<float> out(9, -1.0f);
-  PreparePoint(parameters, x, out.data(), 4);
+  PointPreparation(parameters).Prepare(x, out.data(), 4);
   EXPECT_EQ(out, (std::vector<float>{2.0f, -1, -1, -1, 1.5f, -1, -1, -1, -1}));
 }
 
-TEST(PreparePoint, HugeWeightsKeepEPositiveInFloat) {
+TEST(PointPreparation, HugeWeightsKeepEPositiveInFloat) {
   const double x = 1.0;
   float out[3];
-  PreparePoint(ArcsineParameters({1e30, 1e30}), &x, out, 1);
+  PointPreparation(ArcsineParameters({1e30, 1e30})).Prepare(&x, out, 1);
   EXPECT_GT(out[2], 0.0f);
   EXPECT_NEAR(out[0], std::sqrt(0.125), 1e-7);
 }

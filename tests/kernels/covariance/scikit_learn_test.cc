@@ -113,10 +113,11 @@ TEST(ScikitLearn, AgreesOnCovariancesLikelihoodAndPosterior) {
                     .ok());
     auto model = Value(ExactModel::Create(context, theta));
     ASSERT_TRUE(model.AddTargets(x, kTargets, 0).ok());
-    const auto at = Value(model.Predict(queries, PredictWhat::kMeanAndVariance));
+    double mean[2], variance[2];
+    ASSERT_TRUE(Value(model.MakeFloat64Posterior())->Evaluate(queries, mean, variance).ok());
     const std::array<double, 9> values = {
-        k[1][0],    k[2][1],    k[3][0],        k[4][2],       model.LogMarginalLikelihood(),
-        at.mean[0], at.mean[1], at.variance[0], at.variance[1]};
+        k[1][0], k[2][1], k[3][0],     k[4][2],    model.LogMarginalLikelihood(),
+        mean[0], mean[1], variance[0], variance[1]};
     for (size_t i = 0; i < values.size(); ++i) {
       // 1e-10 of the number: far above float64's rounding at these condition numbers, below 1e3.
       const double expected = numbers.values[i];

@@ -198,8 +198,8 @@ TEST(CovarianceMatrix, BadArgumentsAreNamedAndNothingIsWritten) {
   EXPECT_THAT(message_of(ArcsineParameters(std::vector<double>(258, 1.0)), x, 0.1),
               testing::HasSubstr("dimension 257"));
   EXPECT_THAT(message_of(good, {points.data(), 9, 2}, 0.1), testing::HasSubstr("out is 10 x 10"));
-  EXPECT_THAT(message_of(good, x, NAN), testing::HasSubstr("noise_variance = nan"));
-  EXPECT_THAT(message_of(good, x, -1.0), testing::HasSubstr("noise_variance = -1"));
+  EXPECT_THAT(message_of(good, x, NAN), testing::HasSubstr("noise_variance is nan"));
+  EXPECT_THAT(message_of(good, x, -1.0), testing::HasSubstr("noise_variance is -1"));
   points[13] = NAN;
   EXPECT_THAT(message_of(good, x, 0.1), testing::HasSubstr("x(6, 1) = nan"));
 }
@@ -217,57 +217,13 @@ GuardedMatrix<double> LowerWeights(std::mt19937_64& random, int64_t n) {
   return w;
 }
 
-// sum_ij W_ij k(x_i, x_j) in long double.
-long double WeightedSum(const CovarianceParameters& parameters, ConstMatrixView<double> x,
-                        ConstMatrixView<double> w) {
-  long double sum = 0;
-  for (int64_t i = 0; i < x.rows; ++i) {
-    for (int64_t j = 0; j <= i; ++j) {
-      sum += (i == j ? 1 : 2) * w(i, j) * ExactCovariance(parameters, x.row(i), x.row(j));
-    }
-  }
-  return sum;
-}
-
 std::vector<CovarianceParameters> Covariances() {
   return {ArcsineParameters({1.0, 1.5, 0.3, 4.0}, 1.3),
           ArcsineParameters({0.05, 30.0, 5.0, 0.2}, 0.7),
           SquaredExponentialParameters({0.5, 1.0, 3.0}, 1.2)};
 }
 
-// The exponent of a parameter t: scales, then sigma_f.
-void ScaleParameter(CovarianceParameters& parameters, size_t t, double factor) {
-  (t < parameters.scales.size() ? parameters.scales[t] : parameters.signal_stddev) *= factor;
-}
-
-TEST(CovarianceGradient, EqualsCentralDifferencesOfTheExactSum) {
-  std::mt19937_64 random = TestRandom();
-  const int64_t n = 21;
-  for (const CovarianceParameters& parameters : Covariances()) {
-    std::vector<double> points = RandomPoints(random, n, 3);
-    std::copy_n(points.begin(), 3, points.begin() + 9);  // duplicates
-    const ConstMatrixView<double> x(points.data(), n, 3);
-    GuardedMatrix<double> w = LowerWeights(random, n);
-    const auto gradient = Value(CovarianceGradient(*TestContext(), parameters, x, w.view()));
-    ASSERT_EQ(gradient.size(), parameters.scales.size() + 1);
-    for (size_t t = 0; t < gradient.size(); ++t) {
-      // The difference's own error: step^2 / 6 times a third derivative of at most 8 k a pair, and
-      // 1e-19 / step.
-      const double step = 1e-5;
-      CovarianceParameters above = parameters;
-      CovarianceParameters below = parameters;
-      ScaleParameter(above, t, std::exp(step));
-      ScaleParameter(below, t, std::exp(-step));
-      const long double difference =
-          (WeightedSum(above, x, w.view()) - WeightedSum(below, x, w.view())) / (2 * step);
-      EXPECT_NEAR(
-          gradient[t], static_cast<double>(difference),
-          8 * 1.6 * n * n * step * step / 6 * parameters.signal_stddev * parameters.signal_stddev)
-          << "parameter " << t;
-    }
-  }
-}
-
+// The reference's derivatives: EveryFunction.DerivativesAreFiniteDifferences.
 TEST(CovarianceGradient, AgreesWithTheReferenceAtSizesAroundEveryBlock) {
   std::mt19937_64 random = TestRandom();
   for (const CovarianceParameters& parameters : Covariances()) {
@@ -366,15 +322,8 @@ TEST(CovarianceGradient, BadArgumentsAreNamed) {
   const ConstMatrixView<double> x(points.data(), 10, 3);
   EXPECT_FALSE(
       CovarianceGradient(*TestContext(), parameters, {points.data(), 9, 3}, w.view()).ok());
-  EXPECT_FALSE(
-      CovarianceGradient(*TestContext(), ArcsineParameters({1, 1, 0, 1}), x, w.view()).ok());
-  for (const auto& [scales, message] :
-       {std::pair{std::vector<double>{1.0}, "dimension 0"},
-        {std::vector<double>(258, 1.0), "dimension 257"},
-        {std::vector<double>{1.0, -2.0, 1.0, 1.0}, "scales[1] = -2"}}) {
-    EXPECT_THAT(CovarianceGradient(*TestContext(), ArcsineParameters(scales), x, w.view()),
-                IsInvalid(message));
-  }
+  EXPECT_THAT(CovarianceGradient(*TestContext(), ArcsineParameters({1, 1, 0, 1}), x, w.view()),
+              IsInvalid("scales[2] = 0"));
   w.view()(7, 2) = INFINITY;
   EXPECT_THAT(CovarianceGradient(*TestContext(), parameters, x, w.view()), IsInvalid("row 7 of w"));
 }

@@ -306,14 +306,6 @@ TEST_P(PosteriorArgumentsTest, BadModelsAreNamed) {
   model = problem.model(FactorKind::kCholesky);
   model.squash_a = NAN;
   EXPECT_THAT(message_of(model), testing::HasSubstr("squash_a = nan"));
-  for (const auto& [scales, words] : {std::pair{std::vector<double>{1.0}, "dimension 0"},
-                                      {std::vector<double>(258, 1.0), "dimension 257"},
-                                      {std::vector<double>{1.0, 0.0, 1.0}, "scales[1] = 0"},
-                                      {std::vector<double>{1.0, 1.0, NAN}, "scales[2] = nan"}}) {
-    model = problem.model(FactorKind::kCholesky);
-    model.covariance = ArcsineParameters(scales);
-    EXPECT_THAT(message_of(model), testing::HasSubstr(words));
-  }
   model = problem.model(FactorKind::kCholesky);
   model.covariance.signal_stddev = -1.0;
   EXPECT_THAT(message_of(model), testing::HasSubstr("signal_stddev = -1"));

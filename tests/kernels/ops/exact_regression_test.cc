@@ -37,6 +37,15 @@ struct Data {
 
 constexpr double kNoise = 0.2;
 
+// K + diag(noise), by the reference.
+Matrix NoisyCovariance(const CovarianceParameters& parameters, const Data& data) {
+  Matrix covariance(data.n, data.n);
+  reference::CovarianceBlock<double>(parameters, data.x(), data.x(), false,
+                                     {covariance.data(), data.n, data.n});
+  for (int64_t i = 0; i < data.n; ++i) covariance(i, i) += kNoise + data.variances[i];
+  return covariance;
+}
+
 void ExpectTheDefinition(const std::string& function, const Data& data) {
   SCOPED_TRACE(function);
   const CovarianceParameters parameters = ParametersOf(function, data.dimension);
@@ -44,10 +53,7 @@ void ExpectTheDefinition(const std::string& function, const Data& data) {
                                             data.variances, /*with_gradient=*/true));
   ASSERT_EQ(actual.bad_row, -1);
   const int64_t n = data.n, k = data.outputs;
-  Matrix covariance(n, n);
-  reference::CovarianceBlock<double>(parameters, data.x(), data.x(), false,
-                                     {covariance.data(), n, n});
-  for (int64_t i = 0; i < n; ++i) covariance(i, i) += kNoise + data.variances[i];
+  const Matrix covariance = NoisyCovariance(parameters, data);
   const Eigen::LLT<Matrix> llt(covariance);
   const Matrix l = llt.matrixL();
   const Eigen::Map<const Matrix> y(data.targets.data(), n, k);
@@ -137,10 +143,7 @@ TEST(ExactRegression, TheFactorComesToTheHost) {
                                              data.variances, out.view()));
     EXPECT_EQ(bad, -1);
     EXPECT_TRUE(out.guards_intact());
-    Matrix covariance(n, n);
-    reference::CovarianceBlock<double>(parameters, data.x(), data.x(), false,
-                                       {covariance.data(), n, n});
-    for (int64_t i = 0; i < n; ++i) covariance(i, i) += kNoise + data.variances[i];
+    const Matrix covariance = NoisyCovariance(parameters, data);
     Matrix l = Matrix::Zero(n, n);
     for (int64_t i = 0; i < n; ++i) {
       for (int64_t j = 0; j < n; ++j) {

@@ -78,7 +78,6 @@ TEST(SegmentOptions, ChangeTheirOwnValueAlone) {
                               "research.zero_label=0.2",
                               "research.location_prior=0",
                               "research.label_residual=0",
-                              "research.evidence=epipolar",
                               "research.frame_gap=2",
                               "research.labelling_size=0",
                               "research.patch_search=off",

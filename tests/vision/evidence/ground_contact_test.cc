@@ -37,7 +37,6 @@ cv::Mat WithNoise(const cv::Mat& picture, int seed) {
 class Scene {
  public:
   Scene() {
-    pose_.outcome = PoseOutcome::kFound;
     pose_.translation = -Eigen::Vector3d::UnitZ();
     pose_.rotation = RotationOf({0.004, -0.01, 0.003});
     road_.found = true;

@@ -308,7 +308,6 @@ struct Scene {
 
 Scene StraightAhead() {
   Scene scene;
-  scene.pose.outcome = PoseOutcome::kFound;
   scene.pose.translation = -Eigen::Vector3d::UnitZ();
   scene.pose.rotation = RotationOf({0.004, -0.01, 0.003});
   scene.road.found = true;

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "vision/evidence/pinhole.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/tracking/track.h"
 
@@ -76,14 +76,6 @@ class PointStreet {
   Eigen::Vector3d TranslationBetween(int a, int b) const {
     return Rotation(b) * ((a - b) * options_.travel);
   }
-  Eigen::Matrix3d Fundamental(int a, int b) const {
-    const Eigen::Vector3d t = TranslationBetween(a, b);
-    Eigen::Matrix3d cross;
-    cross << 0, -t(2), t(1), t(2), 0, -t(0), -t(1), t(0), 0;
-    const Eigen::Matrix3d inverse = camera_.Matrix().inverse();
-    return inverse.transpose() * cross * RotationBetween(a, b) * inverse;
-  }
-
   bool Inside(const Eigen::Vector2d& p) const {
     return p(0) >= 0 && p(1) >= 0 && p(0) <= options_.size.width - 1 &&
            p(1) <= options_.size.height - 1;
@@ -124,13 +116,5 @@ class PointStreet {
   Pinhole camera_;
   std::vector<Eigen::Vector3d> points_;
 };
-
-// Of frames 0 and 1 of a street whose camera turns without travelling: any matrix holds whose
-// rotation is right, and this one's translation is invented.
-inline Eigen::Matrix3d FundamentalOfInventedTravel(StreetOptions options,
-                                                   const Eigen::Vector3d& travel) {
-  options.travel = travel;
-  return PointStreet(options).Fundamental(0, 1);
-}
 
 }  // namespace egosieve::vision

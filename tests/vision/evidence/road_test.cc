@@ -116,7 +116,7 @@ double MeanProbability(const View& view, const EvidenceResult& result, What what
 
 TEST(RoadAhead, APairAheadTellsCarsByTheGround) {
   const View view = MakeView(0.05);
-  EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
+  EvidenceAccumulator accumulator;
   const EvidenceResult result = *accumulator.Add(FrameBeforeRoadView(view, kTravel / kHeight));
   EXPECT_FALSE(result.road);  // of no pair behind
   EXPECT_GT(MeanRoadRatioAhead(view, result, What::kAhead), 4.0);
@@ -125,16 +125,15 @@ TEST(RoadAhead, APairAheadTellsCarsByTheGround) {
   EXPECT_LT(MeanRoadRatioAhead(view, result, What::kRoad), 0.1);
   // It is a part of the probability, of cars that move along their epipolar lines.
   EXPECT_GT(MeanProbability(view, result, What::kOncoming), 0.6);
-  EvidenceAccumulator without = *EvidenceAccumulator::Create({.road = false});
-  const EvidenceResult plain = *without.Add(FrameBeforeRoadView(view, kTravel / kHeight));
-  EXPECT_EQ(MeanRoadRatioAhead(view, plain, What::kAhead), 0.0);
+  EvidenceAccumulator without;
+  const EvidenceResult plain = *without.Add(FrameBeforeRoadView(view, 0.0));
   EXPECT_LT(MeanProbability(view, plain, What::kOncoming), 0.3);
 }
 
 // A plane that only the pair ahead shows is not believed.
 TEST(RoadAhead, APairAheadNeedsAGroundThatIsKnown) {
   const View view = MakeView(0.05);
-  EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
+  EvidenceAccumulator accumulator;
   const EvidenceResult result = *accumulator.Add(FrameBeforeRoadView(view, 0.0));
   for (const PointEvidence& point : result.points) EXPECT_FALSE(point.views_road_log_ratio);
 }
@@ -144,7 +143,7 @@ TEST(RoadAhead, AHandHeldCameraHasNoKnownGround) {
   const View view = MakeView(0.05);
   EvidenceFrame frame = FrameBeforeRoadView(view, kTravel / kHeight);
   frame.views[0].motion.travel.reset();
-  EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
+  EvidenceAccumulator accumulator;
   const EvidenceResult result = *accumulator.Add(frame);
   for (const PointEvidence& point : result.points) EXPECT_FALSE(point.views_road_log_ratio);
 }
@@ -157,7 +156,7 @@ TEST(RoadAhead, AKnownGroundReplacesARoadThatFlowDoesNotShow) {
     view.pairs[i].x1 = view.places[i].x;
     view.pairs[i].y1 = view.places[i].y;
   }
-  EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
+  EvidenceAccumulator accumulator;
   const EvidenceResult result = *accumulator.Add(FrameBeforeRoadView(view, kTravel / kHeight));
   EXPECT_GT(MeanRoadRatioAhead(view, result, What::kAhead), 3.0);
   EXPECT_LT(MeanRoadRatioAhead(view, result, What::kStanding), 0.1);
@@ -180,8 +179,6 @@ EvidenceFrame FrameOf(const View& view, int index, std::optional<Eigen::Vector3d
                              .parallax_pixels = 3.0,
                              .travel = travel};
   frame.world = motion;
-  frame.motion_model = MotionModelKind::kFundamental;
-  frame.motion_matrix = FundamentalOf(motion, view.camera);
   const auto turned = [&](double x, double y) {
     const double dx = x - view.camera.centre_x, dy = y - view.camera.centre_y;
     return cv::Point2f(
@@ -206,15 +203,27 @@ bool SaysOfTheRoad(const EvidenceResult& result) {
 
 TEST(RoadConfirmation, AnotherPictureConfirmsThePlane) {
   const View view = MakeView(0.05);
-  EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
+  EvidenceAccumulator accumulator;
   EXPECT_FALSE(SaysOfTheRoad(*accumulator.Add(FrameOf(view, 1, std::nullopt))));
   EXPECT_TRUE(SaysOfTheRoad(*accumulator.Add(FrameOf(view, 2, std::nullopt))));
   EXPECT_TRUE(accumulator.state().road.known);
 }
 
+// A camera that stands or turns on the spot measures no depths.
+TEST(RoadConfirmation, ThereIsNoRoadWithoutParallax) {
+  const View view = MakeView(0.05);
+  EvidenceAccumulator accumulator;
+  for (int t = 1; t <= 3; ++t) {
+    EvidenceFrame frame = FrameOf(view, t, std::nullopt);
+    frame.world->parallax_pixels = 0.0;
+    EXPECT_FALSE(SaysOfTheRoad(*accumulator.Add(frame)));
+    EXPECT_FALSE(accumulator.state().road.proposed);
+  }
+}
+
 TEST(RoadConfirmation, AnotherPlaneDoesNot) {
   const View view = MakeView(0.05);
-  EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
+  EvidenceAccumulator accumulator;
   for (int t = 1; t <= 4; ++t) {
     // Six degrees of roll to and fro.
     const double tilt = t % 2 == 0 ? 0.05 : -0.05;
@@ -228,7 +237,7 @@ TEST(RoadConfirmation, ASlopeIsRememberedForFiveFramesThatDoNotShowIt) {
   const View view = MakeView(0.05);
   const double steep = 0.3;  // radians of roll, more than a camera on a car has
   for (const int unseen : {5, 6}) {
-    EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
+    EvidenceAccumulator accumulator;
     int t = 1;
     for (; t <= 2; ++t) ASSERT_TRUE(accumulator.Add(FrameOf(view, t, std::nullopt)).ok());
     for (; t <= 2 + unseen; ++t) {
@@ -240,10 +249,10 @@ TEST(RoadConfirmation, ASlopeIsRememberedForFiveFramesThatDoNotShowIt) {
 
 TEST(RoadConfirmation, TheDirectionOfTravelConfirmsALevelPlaneBelowIt) {
   const View view = MakeView(0.05);
-  EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
+  EvidenceAccumulator accumulator;
   EXPECT_TRUE(SaysOfTheRoad(*accumulator.Add(FrameOf(view, 1, -Eigen::Vector3d::UnitZ()))));
   // Travel three degrees below the plane's horizon.
-  EvidenceAccumulator other = *EvidenceAccumulator::Create({});
+  EvidenceAccumulator other;
   const Eigen::Vector3d below = Eigen::Vector3d(0.0, -0.05, -1.0).normalized();
   EXPECT_FALSE(SaysOfTheRoad(*other.Add(FrameOf(view, 1, below))));
 }

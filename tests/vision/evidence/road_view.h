@@ -6,9 +6,9 @@
 #include <random>
 #include <vector>
 
-#include "vision/evidence/pinhole.h"
-#include "vision/evidence/relative_pose.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
+#include "vision/geometry/relative_pose.h"
 
 namespace egosieve::vision {
 
@@ -51,7 +51,6 @@ struct View {
 // The camera moves straight ahead; places are off by `noise` pixels.
 inline View MakeView(double noise) {
   View view;
-  view.pose.outcome = PoseOutcome::kFound;
   view.pose.translation = -Eigen::Vector3d::UnitZ();
   view.pose.noise_pixels = std::max(noise, 0.05);
   std::mt19937_64 random(5);

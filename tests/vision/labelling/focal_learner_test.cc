@@ -140,23 +140,24 @@ TEST(FocalLearner, EndsAfterEightWindows) {
 }
 
 std::unique_ptr<FrameLabeller> OnlineLabeller(int labelling_size = 0) {
-  return *MakeFrameLabeller(
-      {.learns_focal_ratio = true, .longest_side_pixels = labelling_size, .frame_gap = 0});
+  return *MakeFrameLabeller({.longest_side_pixels = labelling_size, .frame_gap = 0});
 }
 
-TEST(FocalLearner, TheLabellerIsCalibratedFromThenOn) {
+TEST(FocalLearner, TheLabellerUsesItFromThenOn) {
   const auto labeller = OnlineLabeller();
   bool is_known = false;
   for (const Frame& frame : TurningFrames()) {
-    const LabelledFrame labelled = *labeller->Process(frame);
-    EXPECT_FALSE(labelled.step.known && frame.index < 7) << frame.index;  // 0.6 s
-    EXPECT_TRUE(labelled.step.known || !is_known) << frame.index;
-    is_known = is_known || labelled.step.known;
+    ASSERT_TRUE(labeller->Process(frame).ok());
+    const bool is_learnt = labeller->learnt_camera().focal_ratio > 0.0;
+    EXPECT_FALSE(is_learnt && frame.index < 6) << frame.index;  // 0.6 s
+    EXPECT_TRUE(is_learnt || !is_known) << frame.index;
+    is_known = is_learnt;
   }
   EXPECT_TRUE(is_known);
-  // Not where nobody asks for it.
-  const auto selected = *MakeFrameLabeller({});
-  for (int k = 0; k < 10; ++k) EXPECT_FALSE(selected->Process(TurningFrames()[k])->step.known);
+  // Not where it is given.
+  const auto given = *MakeFrameLabeller({.focal_ratio = 1.0});
+  for (int k = 0; k < 10; ++k) ASSERT_TRUE(given->Process(TurningFrames()[k]).ok());
+  EXPECT_EQ(given->learnt_camera().focal_ratio, 0.0);
 }
 
 // Between windows, in the middle of one, and where the tracked picture is not the labelled one.
@@ -229,9 +230,9 @@ TEST(FocalLearner, ADamagedStateIsRefused) {
 
 TEST(FocalLearner, AStateOfAnotherKindIsRefused) {
   const auto online = OnlineLabeller();
-  const auto selected = *MakeFrameLabeller({});
-  EXPECT_FALSE(selected->Restore(online->state()).ok());
-  EXPECT_FALSE(online->Restore(selected->state()).ok());
+  const auto given = *MakeFrameLabeller({.focal_ratio = 1.0});
+  EXPECT_FALSE(given->Restore(online->state()).ok());
+  EXPECT_FALSE(online->Restore(given->state()).ok());
 }
 
 }  // namespace

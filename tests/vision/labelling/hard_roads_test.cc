@@ -67,7 +67,11 @@ constexpr double kLeastFound = 0.5;
 // By the frames from one to the other of the pair: fixed at 1, or chosen by parallax.
 class HardRoad : public testing::TestWithParam<int> {
  protected:
-  FrameLabellerOptions Options() const { return {.frame_gap = GetParam(), .threads = 1}; }
+  // The scenarios have one camera.
+  FrameLabellerOptions Options() const {
+    static const double focal_ratio = FocalRatioOf(EditedScenario("street", 3, Unchanged));
+    return {.focal_ratio = focal_ratio, .frame_gap = GetParam(), .threads = 1};
+  }
 
   std::vector<Labelled> Label(const Pictures& pictures) const { return Label(pictures, Options()); }
 

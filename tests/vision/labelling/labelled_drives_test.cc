@@ -136,10 +136,7 @@ TEST(ReducedLabels, MatricesGoOnFitting) {
   const cv::Vec3d epipole(300.0, 90.0, 1.0);
   const cv::Matx33d across(0.0, -epipole[2], epipole[1], epipole[2], 0.0, -epipole[0], -epipole[1],
                            epipole[0], 0.0);
-  LabelledFrame labels{.motion_model = MotionModelKind::kHomography,
-                       .motion_matrix = h,
-                       .rejected_model = MotionModelKind::kFundamental,
-                       .rejected_matrix = across * h};
+  LabelledFrame labels{.motion_model = MotionModelKind::kHomography, .motion_matrix = h};
   for (const double x : {0.0, 310.0, 639.0}) {
     const cv::Vec3d there = h * cv::Vec3d(x, 100.0, 1.0);
     labels.positions.insert(labels.positions.end(), {x, 100.0});
@@ -148,14 +145,18 @@ TEST(ReducedLabels, MatricesGoOnFitting) {
     labels.probability.push_back(0.0);
   }
   labels.residual_pixels.assign(3, 1.0);
+  LabelledFrame fundamental = labels;
+  fundamental.motion_model = MotionModelKind::kFundamental;
+  fundamental.motion_matrix = across * h;
   EnlargeLabels(reduced, full, labels);
+  EnlargeLabels(reduced, full, fundamental);
   for (size_t i = 0; i < 3; ++i) {
     const cv::Vec3d here = Homogeneous(labels.positions, i);
     const cv::Vec3d there = Homogeneous(labels.other_positions, i);
     cv::Vec3d moved = labels.motion_matrix * here;
     moved /= moved[2];
     EXPECT_NEAR(cv::norm(moved - there), 0.0, 1e-9);
-    const cv::Vec3d line = labels.rejected_matrix * here;
+    const cv::Vec3d line = fundamental.motion_matrix * here;
     EXPECT_NEAR(line.dot(there) / std::hypot(line[0], line[1]), 0.0, 1e-9);
   }
   // The middle of the first pixel, and that of the last.

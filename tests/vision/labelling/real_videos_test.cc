@@ -122,7 +122,6 @@ TEST(Cut, SyntheticStreets) {
   const std::vector<Clip> clips = {StreetClip("street", 3), StreetClip("crossing", 4),
                                    SmoothClip(4.0, 9)};
   ExpectCutsBetweenAll(clips, {});
-  ExpectCutsBetweenAll(clips, {.evidence = EvidenceTerms::EpipolarAlone()});
   ExpectCutsBetweenAll(clips, FrameLabellerOptions::Paper());
 }
 

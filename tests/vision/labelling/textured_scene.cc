@@ -47,8 +47,8 @@ cv::Mat WallMask(int64_t index) {
 Frame FrameOf(int64_t index, const cv::Mat& image) { return {.index = index, .image = image}; }
 
 std::vector<FrameLabellerOptions> EveryKindOfOptions() {
-  const FrameLabellerOptions epipolar{.evidence = EvidenceTerms::EpipolarAlone()};
-  return {FrameLabellerOptions(), epipolar, FrameLabellerOptions::Paper()};
+  const FrameLabellerOptions known{.focal_ratio = 1.0};
+  return {FrameLabellerOptions(), known, FrameLabellerOptions::Paper()};
 }
 
 std::unique_ptr<FrameLabeller> MakeLabeller(const FrameLabellerOptions& options) {

@@ -24,7 +24,7 @@ cv::Mat WallMask(int64_t index);
 
 Frame FrameOf(int64_t index, const cv::Mat& image);
 
-// The default, its epipolar term alone, and the paper's front end.
+// The default, with a known focal length, too, and the paper's front end.
 std::vector<FrameLabellerOptions> EveryKindOfOptions();
 
 std::unique_ptr<FrameLabeller> MakeLabeller(const FrameLabellerOptions& options);

@@ -18,6 +18,7 @@ constexpr int kScoredFrom = 20;
 
 struct Drive {
   std::vector<cv::Mat> images, masks;
+  double focal_ratio = 0.0;
 };
 
 const Drive& TheDrive() {
@@ -25,6 +26,7 @@ const Drive& TheDrive() {
     const ScenarioOptions options{.width_pixels = 256, .height_pixels = 144, .frames = 60};
     const auto scenario = MakeScenario("junction", 1, options);
     auto* drive = new Drive;
+    drive->focal_ratio = scenario->intrinsics().focal_pixels / options.width_pixels;
     for (int i = 0; i < kFrames; ++i) {
       SyntheticFrame frame = *scenario->Render(20 + i);
       drive->images.push_back(frame.image);
@@ -39,6 +41,7 @@ std::unique_ptr<OnlineSegmenter> MakeSegmenter(DriveProfile profile) {
   OnlineSegmenterOptions options = profile == DriveProfile::kFast
                                        ? OnlineSegmenterOptions::Fast()
                                        : OnlineSegmenterOptions::Default();
+  options.labeller.focal_ratio = TheDrive().focal_ratio;
   options.learner.budget.budget = 600;
   options.learner.training.annealing_evaluations = 40;
   options.learner.training.subset_size = 300;

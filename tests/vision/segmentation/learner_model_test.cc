@@ -125,13 +125,6 @@ TEST(SparseLearnerModelTest, DependsOnItsPointsAndNotOnItsHistory) {
   EXPECT_EQ(*fresh.PredictOwnMean(), *model.PredictOwnMean());
 }
 
-TEST(LearnerModelOptionsTest, TheSubsetOfRegressorsIsRefused) {
-  LearnerModelOptions options;
-  EXPECT_TRUE(options.Validate().ok());
-  options.sparse.approximation = gp::SparseApproximation::kSubsetOfRegressors;
-  EXPECT_THAT(options.Validate(), IsInvalid());
-}
-
 constexpr int64_t kInputs = 6;
 constexpr int kStatic = 600, kMover = 16;
 

@@ -58,13 +58,6 @@ TEST(QuantileInPlace, IsOneOfTheValuesFromTheLeastToTheGreatest) {
   EXPECT_EQ(QuantileInPlace(single, 0.7), 6);
 }
 
-TEST(InterpolatedMedian, IsTheMeanOfTheTwoInTheMiddle) {
-  EXPECT_EQ(InterpolatedMedian({7.0}), 7.0);
-  EXPECT_EQ(InterpolatedMedian({8.0, 1.0}), 4.5);
-  EXPECT_EQ(InterpolatedMedian({5.0, -1.0, 3.0}), 3.0);
-  EXPECT_EQ(InterpolatedMedian({4.0, 1.0, 16.0, 2.0}), 3.0);
-}
-
 TEST(MadToDeviation, PutsHalfOfAGaussianWithinTheMedian) {
   // P(|x| < q) of N(0, 1). Its slope at q = 0.6745 is 2 phi(q) = 0.636, and five digits leave a
   // relative error of q of at most 5e-5 / 1.4826: 0.636 * 0.6745 * 3.4e-5 < 1.5e-5.

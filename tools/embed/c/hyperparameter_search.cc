@@ -15,6 +15,7 @@
 #include "gp/training/bounded_ascent.h"
 #include "gp/training/laplace_approximation.h"
 #include "gp/training/marginal_likelihood.h"
+#include "gp/training/sparse_likelihood.h"
 #include "tools/embed/c/call.h"
 
 namespace egosieve::embed {
@@ -131,8 +132,7 @@ struct Objective {
     }
     const int64_t count = static_cast<int64_t>(inducing.size()) / subset.dimension;
     return gp::ComputeSparseLikelihood(context, there, data,
-                                       {inducing.data(), count, subset.dimension}, order,
-                                       SparseObjectiveOf(*sparse));
+                                       {inducing.data(), count, subset.dimension}, order, *sparse);
   }
 };
 
@@ -286,12 +286,6 @@ std::vector<double> RandomStart(const std::vector<double>& theta_0,
 }
 
 }  // namespace
-
-gp::SparseLikelihoodOptions SparseObjectiveOf(const gp::SparseModelOptions& options) {
-  return {options.approximation == gp::SparseApproximation::kFitc ? gp::SparseObjective::kFitc
-                                                                  : gp::SparseObjective::kVfe,
-          options.relative_jitter};
-}
 
 SearchResult SearchHyperparameters(kernels::Context& context, const gp::Hyperparameters& start,
                                    const gp::Observations& data,

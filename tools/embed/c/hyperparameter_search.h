@@ -44,7 +44,6 @@
 #include "gp/covariance/hyperparameters.h"
 #include "gp/model/point_set.h"
 #include "gp/model/sparse_solution.h"
-#include "gp/training/sparse_likelihood.h"
 #include "kernels/runtime/context.h"
 #include "tools/embed/include/egosieve/gaussian_process.h"
 
@@ -63,8 +62,5 @@ SearchResult SearchHyperparameters(
     kernels::Context& context, const gp::Hyperparameters& start, const gp::Observations& data,
     const egosieve_optimize_options& options,
     const std::optional<gp::SparseModelOptions>& sparse = std::nullopt, bool of_classes = false);
-
-// The objective for training a sparse model with these options.
-gp::SparseLikelihoodOptions SparseObjectiveOf(const gp::SparseModelOptions& options);
 
 }  // namespace egosieve::embed

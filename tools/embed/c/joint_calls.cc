@@ -70,8 +70,7 @@ gp::MarginalLikelihood LikelihoodOf(const gp::SparseModel& model, const gp::Hype
   if (order == gp::LikelihoodOrder::kValueAndGradient) nothing.gradient.resize(there.count());
   if (model.size() == 0) return nothing;
   return Take(gp::ComputeSparseLikelihood(*model.context(), there, model.observations(),
-                                          model.inducing_inputs(), order,
-                                          SparseObjectiveOf(model.options())));
+                                          model.inducing_inputs(), order, model.options()));
 }
 
 gp::MarginalLikelihood LikelihoodOf(const gp::IterativeModel&, const gp::Hyperparameters&,

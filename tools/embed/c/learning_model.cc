@@ -1,6 +1,7 @@
 #include "tools/embed/c/learning_model.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "gp/calibration/leave_one_out.h"
 

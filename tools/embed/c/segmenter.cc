@@ -1,6 +1,5 @@
 #include "tools/embed/include/egosieve/segmenter.h"
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <opencv2/core.hpp>

@@ -45,7 +45,6 @@ vision::OnlineSegmenterOptions SegmenterOptions(const egosieve_segmenter_options
   segmenter.SetSeed(options.seed);
   segmenter.labeller.ignored = ignored;
   segmenter.labeller.focal_ratio = options.focal_ratio;
-  segmenter.labeller.learns_focal_ratio = true;
   if (options.lag > 0) segmenter.ahead_frames = static_cast<int>(options.lag);
   return segmenter;
 }

@@ -14,15 +14,8 @@ struct Pinhole {
   double focal_pixels = 1.0;
   double centre_x = 0.0, centre_y = 0.0;
 
-  // focal_pixels = 0: guess 0.9 times the longer side of the image, a field of view of 58 degrees.
   static Pinhole Of(cv::Size image, double focal_pixels) {
-    Pinhole camera;
-    camera.focal_pixels = focal_pixels > 0
-                              ? focal_pixels
-                              : 0.9 * (image.width > image.height ? image.width : image.height);
-    camera.centre_x = 0.5 * (image.width - 1);
-    camera.centre_y = 0.5 * (image.height - 1);
-    return camera;
+    return {focal_pixels, 0.5 * (image.width - 1), 0.5 * (image.height - 1)};
   }
 
   Eigen::Matrix3d Matrix() const {

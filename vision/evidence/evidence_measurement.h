@@ -1,0 +1,31 @@
+// Steps 1 and 2 of evidence_accumulator.h: the terms of a frame. Internal to it.
+#pragma once
+
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "vision/evidence/calibrated_pairs.h"
+#include "vision/evidence/evidence_accumulator.h"
+#include "vision/evidence/photometric_support.h"
+
+namespace egosieve::vision {
+
+inline bool IsKnown(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(p.y); }
+
+// The frame's views.
+std::vector<CalibratedPair> PairsOfViews(const EvidenceFrame& frame);
+
+// Sets the epipolar term. pictures: null unless both images are given. views: PairsOfViews.
+void MeasurePairs(const EvidenceFrame& frame, const PhotometricSupport* pictures,
+                  const std::vector<CalibratedPair>& views, EvidenceResult& result);
+
+// Sets `road`, `standing` and the road term of `result`, and the road of `next`.
+void MeasureRoad(const EvidenceFrame& frame, const PhotometricSupport* pictures,
+                 EvidenceState& next, EvidenceResult& result);
+
+// The same from the longest of `views`, whose depths are the most accurate.
+void MeasureRoadAhead(const EvidenceFrame& frame, const std::vector<CalibratedPair>& views,
+                      const EvidenceState& next, EvidenceResult& result);
+
+}  // namespace egosieve::vision
