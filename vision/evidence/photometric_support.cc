@@ -171,12 +171,6 @@ PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
   noise_levels_ = std::max(noise_levels_, MedianInPlace(levels));
 }
 
-std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point2f now,
-                                                   cv::Point2f standing) const {
-  const std::optional<double> ratio = SignedLogRatio(before, now, standing);
-  return ratio ? std::max(0.0, *ratio) : ratio;
-}
-
 double PhotometricSupport::LeastDifference() const {
   return kPatchPixels * noise_levels_ * noise_levels_;
 }
@@ -189,8 +183,8 @@ double PhotometricSupport::RatioOf(double still, double found, double place_vari
   return kIndependentShare * (still - found) / (2.0 * (variance + place_variance));
 }
 
-std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv::Point2f now,
-                                                         cv::Point2f standing) const {
+std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point2f now,
+                                                   cv::Point2f standing) const {
   Rows p, q, s;
   if (!SampleRows(before_, before, p) || !SampleRows(now_, now, q) ||
       !SampleRows(now_, standing, s)) {

@@ -7,10 +7,9 @@
 // its mean, and N = 49:
 //
 //   E_1 = max(|P - Q|^2, N sigma^2),  E_0 = max(|P - S|^2, N sigma^2),  v = min(E_0, E_1) / N
-//   l = max(0, kappa (E_0 - E_1) / (2 v))                                                    (S1)
+//   l = kappa (E_0 - E_1) / (2 v)                                                            (S1)
 //
-// is the log-likelihood ratio of the found against the static position. It limits the evidence for
-// motion of every residual: where both positions look alike, the residual is no evidence. sigma is
+// is the log-likelihood ratio of the found against the static position. sigma is
 // the median of |P - Q| / sqrt(N) over the points of the frame that moved, at least the floor.
 // Points that did not move are left out, because compressed video repeats unchanged parts bit for
 // bit, with their noise. A fit better than sigma is due to chance, or to the search for the found
@@ -22,8 +21,10 @@
 //
 //   l = max(0, min over S on the segment of kappa (E_0 - E_1) / (2 (v + sigma_p^2 G)))     (S2)
 //
-// with G the mean squared gradient of P and sigma_p the deviation of static points from their line:
-// a strong edge changes much within half a pixel. S is sampled at the scale that its depth implies.
+// It limits the evidence for motion of every residual: where both positions look alike, the residual
+// is no evidence. G is the mean squared gradient of P, sigma_p the deviation of static points from
+// their line: a strong edge changes much within half a pixel. S is sampled at the scale that its
+// depth implies.
 // The prior probabilities of the inverse depth and of the motion are left out, because they apply
 // once to a whole surface, not to each point. (S2) is a plane sweep for points that seem to move.
 #pragma once
@@ -50,11 +51,8 @@ class PhotometricSupport {
   PhotometricSupport(cv::Mat before, cv::Mat now, const std::vector<cv::Point2f>& befores,
                      const std::vector<cv::Point2f>& nows, double place_pixels = 0.0);
 
-  // (S1) with S at `standing`; nullopt where a patch does not lie in its picture.
+  // (S1) with S at `standing`, negative where that fits better; nullopt where a patch does not lie in its picture.
   std::optional<double> LogRatio(cv::Point2f before, cv::Point2f now, cv::Point2f standing) const;
-  // The same without the bound at 0; negative where the static position fits better.
-  std::optional<double> SignedLogRatio(cv::Point2f before, cv::Point2f now,
-                                       cv::Point2f standing) const;
   // (S2), with S in steps of half a pixel along the segment, or 400 longer steps if there would be
   // more. Steps where S leaves the picture are skipped; nullopt if all are.
   std::optional<double> LogRatioOnSegment(cv::Point2f before, cv::Point2f now,

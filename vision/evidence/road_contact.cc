@@ -105,7 +105,7 @@ std::optional<double> RoadComparison::AgainstRoad(const RoadPlane& road,
   const cv::Point2f before(static_cast<float>(pair.x1), static_cast<float>(pair.y1));
   const std::optional<cv::Point2f> as_road = PlaceOfRoadBefore(road, camera_, back_, now);
   if (!as_road) return std::nullopt;
-  return reversed_.SignedLogRatio(now, before, *as_road).value_or(0.0);
+  return reversed_.LogRatio(now, before, *as_road).value_or(0.0);
 }
 
 void CompareWithRoad(const RoadPlane& road, const RoadComparison& comparison,

@@ -57,7 +57,7 @@ struct LabelledFrame {
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
-  double parallax_pixels = 0.0;  // as in gap_choice.h; 0 where not measured
+  double parallax_pixels = 0.0;                    // as in gap_choice.h; 0 where not measured
   bool motion_trusted = false;
   int64_t feature_count = 0;    // of the input frame: key points, corners, textured grid points
   int64_t match_count = 0;      // before any are discarded
