@@ -127,7 +127,7 @@ absl::StatusOr<LabelledFrame> TrackLabeller::Label(std::shared_ptr<const Extract
   Stopwatch watch;
   LearnCamera(*frame, outcome);
   result.times.geometry_milliseconds += watch.LapMilliseconds();
-  result.doubt = DoubtOf(result);
+  if (result.doubt.empty()) result.doubt = DoubtOf(result);
   ToPixelsOfFrame(*frame, options_.lens.get(), result);
   const int64_t index = frame->frame.index;
   pair_motions_.Forget(index, history_.empty() ? index : history_.front()->frame.index);

@@ -113,10 +113,11 @@ class TrackLabeller : public FrameLabeller {
   // Labels from the pictures ahead alone; the outcome stays as it is if none of them can be used.
   absl::Status LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
                               LabelledFrame& result);
+  bool IsFocalKnown() const { return !focal_ || focal_->learnt().focal_ratio > 0.0; }
   // Over the longer side; given, learnt or assumed.
   double focal_ratio() const {
-    const double known = focal_ ? focal_->learnt().focal_ratio : options_.focal_ratio;
-    return known > 0.0 ? known : kAssumedFocalRatio;
+    if (!IsFocalKnown()) return kAssumedFocalRatio;
+    return focal_ ? focal_->learnt().focal_ratio : options_.focal_ratio;
   }
   // Given or learnt; need not be known.
   const TravelPrior& travel() const { return focal_ ? focal_->learnt().travel : options_.travel; }

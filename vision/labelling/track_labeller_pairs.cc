@@ -119,6 +119,16 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   result.outcome = LabelOutcome::kLabelled;
 }
 
+// How far a wrong focal length moves static places at the picture's border, pixels. A turn that moves
+// the middle by p moves a place at x by p (1 + x^2 / f^2).
+double BendByFocal(const TwoViewMotion& motion, const Pinhole& camera, cv::Size size) {
+  constexpr double kFactor = 1.5;  // of the focal length: it is shorter by as much
+  const double turn = std::acos(std::clamp(motion.rotation(2, 2), -1.0, 1.0));
+  const double border = 0.5 * std::max(size.width, size.height) / camera.focal_pixels;
+  return camera.focal_pixels * turn * border * border * (kFactor * kFactor - 1.0);
+}
+constexpr double kMostBend = 3.0;  // deviations of a place, which would seem to move
+
 constexpr int kNoGap = 1 << 20;  // longer than any track
 // Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their
 // mean, also holds reflections, which change within half a second.
@@ -368,7 +378,13 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},
                        points, camera);
   ground_.SetOnward(result.step.onward);
-  if (model.trusted) result.noise_pixels = world.noise_pixels;
+  if (model.trusted) {
+    result.noise_pixels = world.noise_pixels;
+    if (!IsFocalKnown() &&
+        BendByFocal(world, camera, frame.grey.size()) > kMostBend * world.noise_pixels) {
+      result.doubt = "the camera turns, and its focal length is not known yet";
+    }
+  }
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();
     LabelByEvidence(frame, points, model, evidence, options_, travel().IsOfVehicle(), result);

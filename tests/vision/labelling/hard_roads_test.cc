@@ -155,6 +155,27 @@ TEST_P(HardRoad, TurningWithoutTravel) {
   }
 }
 
+bool SaysThatTheFocalLengthIsNotKnown(const Labelled& frame) {
+  return frame.labels.doubt.find("focal length is not known") != std::string::npos;
+}
+
+// The first 0.6 s of a live camera.
+TEST_P(HardRoad, TurningBeforeTheFocalLengthIsKnownIsDoubtful) {
+  FrameLabellerOptions options = Options();
+  options.focal_ratio = 0.0;
+  const Pictures turning = Panning(0.5, 10);
+  for (const Labelled& frame : Label(Pictures(turning.begin(), turning.begin() + 6), options)) {
+    if (frame.labels.outcome != LabelOutcome::kLabelled) continue;
+    EXPECT_TRUE(SaysThatTheFocalLengthIsNotKnown(frame)) << frame.labels.frame_index;
+  }
+  for (const Labelled& frame : Label(turning, Options())) {
+    EXPECT_FALSE(SaysThatTheFocalLengthIsNotKnown(frame)) << frame.labels.frame_index;
+  }
+  for (const Labelled& frame : Label(Smooth(), options)) {
+    EXPECT_FALSE(SaysThatTheFocalLengthIsNotKnown(frame)) << frame.labels.frame_index;
+  }
+}
+
 TEST_P(HardRoad, Reversing) {
   static const auto* const pictures =
       new Pictures(PicturesOf(EditedScenario("street", 3,
