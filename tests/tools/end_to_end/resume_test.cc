@@ -229,15 +229,20 @@ TEST_F(Resume, OfAnotherProfile) {
   }
 }
 
-// On a drive whose focal length is learnt on the way, so that the gap changes: what chose it, and
-// the pictures that it reaches back to, come back with the checkpoint.
+// On a drive that is three times as fast from the ninth frame on, so that the gap changes: what chose
+// it, and the pictures that it reaches back to, come back with the checkpoint.
 TEST_F(Resume, WithTheFrameGapThatItChose) {
   fs::remove_all(root_ + "/frames");
   ASSERT_THAT(
-      RunProgram({"synthesize", "--scenario=street", "--frames=18", "--width=192", "--height=108",
-                  "--frames_per_second=20", "--out=" + root_ + "/street", "--progress=none"}),
+      RunProgram({"synthesize", "--scenario=street", "--frames=36", "--width=192", "--height=108",
+                  "--frames_per_second=30", "--out=" + root_ + "/street", "--progress=none"}),
       Succeeds());
-  fs::rename(root_ + "/street/frames", root_ + "/frames");
+  fs::create_directory(root_ + "/frames");
+  for (int k = 0; k < kFrames; ++k) {
+    const int drawn = k < 9 ? k : 9 + 3 * (k - 9);
+    fs::rename(absl::StrFormat("%s/street/frames/%06d.png", root_, drawn),
+               absl::StrFormat("%s/frames/%06d.png", root_, k));
+  }
   ASSERT_THAT(
       RunProgram(Arguments(whole_, {"--set=frame_gap=auto", "--no_first_pass", "--overwrite"})),
       Succeeds());
