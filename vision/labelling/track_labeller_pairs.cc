@@ -127,7 +127,14 @@ double BendByFocal(const TwoViewMotion& motion, const Pinhole& camera, cv::Size 
   const double border = 0.5 * std::max(size.width, size.height) / camera.focal_pixels;
   return camera.focal_pixels * turn * border * border * (kFactor * kFactor - 1.0);
 }
-constexpr double kMostBend = 3.0;  // deviations of a place, which would seem to move
+
+void DoubtFocalLength(const TwoViewMotion& motion, const Pinhole& camera, cv::Size size,
+                      LabelledFrame& result) {
+  constexpr double kMostBend = 3.0;  // deviations of a place, which would seem to move
+  if (BendByFocal(motion, camera, size) > kMostBend * motion.noise_pixels) {
+    result.doubt = "the camera turns, and its focal length is not known yet";
+  }
+}
 
 constexpr int kNoGap = 1 << 20;  // longer than any track
 // Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their
@@ -380,10 +387,7 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   ground_.SetOnward(result.step.onward);
   if (model.trusted) {
     result.noise_pixels = world.noise_pixels;
-    if (!IsFocalKnown() &&
-        BendByFocal(world, camera, frame.grey.size()) > kMostBend * world.noise_pixels) {
-      result.doubt = "the camera turns, and its focal length is not known yet";
-    }
+    if (!IsFocalKnown()) DoubtFocalLength(world, camera, frame.grey.size(), result);
   }
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();
