@@ -112,10 +112,12 @@ class WithTheTools(unittest.TestCase):
 
     def test_several_classes(self):
         X, _ = data(150)
-        y = np.digitize(X[:, 0], [-0.5, 0.5])
+        y = np.digitize(X[:, 0], [-0.5, 0.5]) * 10
         for likelihood in ("laplace", "least_squares"):
             classifier = egosieve.GaussianProcessClassifier(likelihood=likelihood).fit(X, y)
+            self.assertEqual(list(classifier.classes_), [0, 10, 20])
             self.assertGreater(classifier.score(X, y), 0.95)
+            np.testing.assert_allclose(classifier.predict_proba(X).sum(axis=1), 1.0, atol=1e-6)
             self.assertEqual(len(classifier.kernel_), 3)
 
 

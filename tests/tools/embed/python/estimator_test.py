@@ -72,14 +72,6 @@ class Classes(unittest.TestCase):
             np.testing.assert_allclose(probabilities.sum(axis=1), 1.0, atol=1e-6)
             np.testing.assert_array_equal(classifier.predict(X), classifier.classes_[probabilities.argmax(axis=1)])
 
-    def test_may_be_several(self):
-        X, _ = data(200)
-        y = np.digitize(X[:, 0], [-0.5, 0.5]) * 10
-        classifier = egosieve.GaussianProcessClassifier("squared_exponential").fit(X, y)
-        self.assertEqual(list(classifier.classes_), [0, 10, 20])
-        self.assertGreater(classifier.score(X, y), 0.9)
-        np.testing.assert_allclose(classifier.predict_proba(X).sum(axis=1), 1.0, atol=1e-6)
-
     def test_are_not_measured_numbers_nor_one_alone(self):
         X, y = data()
         with self.assertRaisesRegex(ValueError, "Unknown label type"):

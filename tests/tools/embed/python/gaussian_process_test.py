@@ -314,28 +314,6 @@ class Layouts(unittest.TestCase):
                 os._exit(5 - told)
         self.assertEqual(os.waitpid(child, 0)[1], 0)
 
-    def test_frozen_posteriors_serve_threads(self):
-        X, y = data(80)
-        gp = egosieve.GaussianProcess(optimize=False).fit(X[:40], y[:40])
-        frozen = gp.freeze()
-        expected = frozen.predict(X)
-        wrong = []
-
-        def predict():
-            for _ in range(10):
-                if not np.array_equal(frozen.predict(X), expected):
-                    wrong.append(1)
-
-        threads = [threading.Thread(target=predict) for _ in range(4)]
-        for thread in threads:
-            thread.start()
-        for i in range(40, 80):
-            gp.partial_fit(X[i : i + 1], y[i : i + 1])
-        for thread in threads:
-            thread.join()
-        self.assertEqual(wrong, [])
-        self.assertEqual(len(gp.X_train_), 80)
-
 
 class BadInput(unittest.TestCase):
     def test_errors_name_the_argument(self):

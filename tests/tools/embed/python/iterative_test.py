@@ -89,7 +89,7 @@ class Iterative(unittest.TestCase):
         self.assertFalse(hasattr(gp, "predict_proba"))
         with self.assertRaisesRegex(NotImplementedError, "zero mean"):
             process(mean="constant").fit(X, y)
-        with self.assertRaisesRegex(ValueError, "tolerance = 2"):
+        with self.assertRaisesRegex(ValueError, "tolerance is 2"):
             process(tolerance=2.0).fit(X, y)
 
 

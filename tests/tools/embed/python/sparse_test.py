@@ -1,4 +1,4 @@
-"""Sparse models of egosieve.GaussianProcess against the textbook's formulas and the exact model."""
+"""Sparse models of egosieve.GaussianProcess: all calls take them; their formulas are tested of gp/model."""
 
 import pickle
 import unittest
@@ -15,29 +15,13 @@ def data(n=200, seed=0):
     return X, np.sin(3 * X[:, 0]) * X[:, 1] + random.normal(0, NOISE, n)
 
 
-def covariance(a, b):
-    return np.exp(-0.5 * ((a[:, None] - b[None]) ** 2).sum(-1) / LENGTH**2)
-
-
 def sparse(approximation, m, **options):
     return egosieve.GaussianProcess("squared_exponential", scales=[LENGTH] * 2, noise_stddev=NOISE,
                                     approximation=approximation, inducing_points=m, optimize=False, **options)  # fmt: skip
 
 
 class Sparse(unittest.TestCase):
-    def test_all_points_as_inducing_inputs_give_the_exact_model(self):
-        X, y = data(40)
-        queries = data(30, seed=1)[0]
-        exact = egosieve.GaussianProcess("squared_exponential", scales=[LENGTH] * 2, noise_stddev=NOISE, optimize=False).fit(X, y)
-        for approximation in ("dtc", "fitc"):
-            gp = sparse(approximation, 40).fit(X, y)
-            found, expected = (m.predict(queries, return_var=True, float64=True) for m in (gp, exact))
-            # The jitter on K_uu, 1e-6 of the noise, moves means by about as much times |alpha|.
-            np.testing.assert_allclose(found[0], expected[0], atol=1e-4)
-            np.testing.assert_allclose(found[1], expected[1], atol=1e-4)
-            self.assertAlmostEqual(gp.log_marginal_likelihood(), exact.log_marginal_likelihood(), delta=0.05)
-
-    def test_posterior_is_the_textbooks(self):
+    def test_predictions_agree(self):
         X, y = data()
         queries = data(30, seed=1)[0]
         for approximation in ("dtc", "fitc"):
@@ -54,15 +38,12 @@ class Sparse(unittest.TestCase):
             samples = gp.sample_y(queries[:3], n_samples=20000)
             np.testing.assert_allclose(np.cov(samples), joint[:3, :3], atol=0.02 * joint[:3, :3].max() + 1e-3)
 
-    def test_variational_bound(self):
+    def test_gradient_of_the_bound(self):
         X, y = data()
-        exact = egosieve.GaussianProcess("squared_exponential", scales=[LENGTH] * 2, noise_stddev=NOISE, optimize=False).fit(X, y)
-        bounds = [sparse("dtc", m).fit(X, y).log_marginal_likelihood() for m in (5, 20, 80)]
-        self.assertTrue(bounds[0] < bounds[1] < bounds[2] < exact.log_marginal_likelihood() + 0.05, bounds)
         gp = sparse("dtc", 20).fit(X, y)
         theta = np.log([LENGTH, LENGTH, 1.0, NOISE])
         value, gradient = gp.log_marginal_likelihood(theta, eval_gradient=True)
-        self.assertAlmostEqual(value, bounds[1], places=6)
+        self.assertAlmostEqual(value, gp.log_marginal_likelihood(), places=6)
         for t in range(4):
             step = 1e-5 * np.eye(4)[t]
             ahead, behind = gp.log_marginal_likelihood(theta + step), gp.log_marginal_likelihood(theta - step)

@@ -2,7 +2,6 @@
 // pictures in bursts and prints what comes out.
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
