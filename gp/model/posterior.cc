@@ -11,6 +11,8 @@ namespace {
 
 using kernels::ConstMatrixView;
 
+constexpr int64_t kWideRows = 16384;  // queries in float64 at a time
+
 // Queries in float64: as they are, or copied into `room`.
 ConstMatrixView<double> Wide(ConstMatrixView<double> queries, std::vector<double>& /*room*/) {
   return queries;
@@ -86,14 +88,19 @@ absl::StatusOr<kernels::PosteriorCounts> Posterior::EvaluateQueries(
       means[i] = static_cast<float>(mean);
     }
   }
-  std::vector<double> room, sums(weights.outputs > 1 ? means.size() : 0);
-  std::vector<double> added(weights.basis > 0 ? variances.size() : 0);
-  if (!sums.empty() || !added.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(extension_->EvaluateWeights(Wide(queries, room),
-                                                         sums.empty() ? nullptr : sums.data(),
-                                                         added.empty() ? nullptr : added.data()));
-    std::copy(sums.begin(), sums.end(), means.begin());
-    for (size_t i = 0; i < added.size(); ++i) variances[i] += static_cast<float>(added[i]);
+  const bool makes_means = wants_mean && weights.outputs > 1;
+  const bool adds_variance = wants_variance && weights.basis > 0;
+  std::vector<double> room, sums, added;
+  for (int64_t begin = 0; (makes_means || adds_variance) && begin < queries.rows;
+       begin += kWideRows) {
+    const auto some = queries.rows_between(begin, std::min(begin + kWideRows, queries.rows));
+    sums.resize(makes_means ? some.rows * weights.outputs : 0);
+    added.resize(adds_variance ? some.rows : 0);
+    EGOSIEVE_RETURN_IF_ERROR(extension_->EvaluateWeights(Wide(some, room),
+                                                         makes_means ? sums.data() : nullptr,
+                                                         adds_variance ? added.data() : nullptr));
+    std::copy(sums.begin(), sums.end(), means.begin() + begin * weights.outputs);
+    for (size_t i = 0; i < added.size(); ++i) variances[begin + i] += static_cast<float>(added[i]);
   }
   if (outputs.mean != nullptr) std::copy(means.begin(), means.end(), outputs.mean);
   if (outputs.variance != nullptr) std::copy(variances.begin(), variances.end(), outputs.variance);

@@ -1,7 +1,6 @@
 #include "vision/evidence/evidence_accumulator.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -9,7 +8,6 @@
 #include "kernels/base/status_macros.h"
 #include "vision/evidence/evidence_measurement.h"
 #include "vision/evidence/photometric_support.h"
-#include "vision/evidence/road_plane.h"
 
 namespace egosieve::vision {
 namespace {
@@ -35,9 +33,6 @@ absl::Status CheckFrame(const EvidenceFrame& frame, int64_t last_index) {
   if (frame.index < 0 || frame.index <= last_index) {
     return absl::InvalidArgumentError(
         absl::StrCat("frame ", frame.index, " after frame ", last_index, "; indices must grow"));
-  }
-  if (frame.gap < 1) {
-    return absl::InvalidArgumentError(absl::StrCat("gap is ", frame.gap, "; it must be positive"));
   }
   if (frame.size.width < 1 || frame.size.height < 1) {
     return absl::InvalidArgumentError(absl::StrCat("image size is ", frame.size.width, " x ",

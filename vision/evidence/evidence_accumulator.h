@@ -22,10 +22,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "vision/evidence/calibrated_pairs.h"
 #include "vision/evidence/fusion.h"
 #include "vision/evidence/guided_match.h"
-#include "vision/evidence/photometric_support.h"
 #include "vision/evidence/road_plane.h"
 #include "vision/geometry/pinhole.h"
 #include "vision/trajectory/two_view_motion.h"
@@ -58,7 +56,6 @@ struct EvidenceView {
 
 struct EvidenceFrame {
   int64_t index = 0;  // t
-  int gap = 1;        // g, frames
   int pictures = 1;   // of the input from t - g to t, skipped ones included; as in `views`
   cv::Size size;      // of the image
   std::optional<TwoViewMotion> world;  // t - g to t, if known

@@ -27,7 +27,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <vector>
 
 namespace egosieve::vision {

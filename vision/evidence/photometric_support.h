@@ -29,7 +29,6 @@
 // once to a whole surface, not to each point. (S2) is a plane sweep for points that seem to move.
 #pragma once
 
-#include <array>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <utility>

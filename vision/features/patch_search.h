@@ -8,8 +8,8 @@
 // and the best is taken where it is distinct: E + 32 < kMostOfOthers E' for every other
 // displacement that is not adjacent (32 is half a grey level per pixel, so that noise does not
 // decide between similar ones), and E < kMostOfSpread sum |P - mean P|. It is aligned at full
-// resolution in both directions (flow_patch.h). It is kept where the patches correlate, where the way back ends at the start and
-// some neighbouring points move alike.
+// resolution in both directions (flow_patch.h). It is kept where the patches correlate, where the
+// way back ends at the start and some neighbouring points move alike.
 //
 // Unlike a search along an epipolar line, it favours neither static nor moving points. Reach: 48
 // pixels sideways, 20 up and down. Cost: 48 x 21 displacements of 64 pixels per point.

@@ -165,7 +165,6 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(const ExtractedFrame* bef
                                                        const std::vector<OtherView>& views) {
   EvidenceFrame evidence;
   evidence.index = state_.picture;
-  evidence.gap = gap;
   evidence.size = frame.grey.size();
   evidence.camera = camera;
   if (world != nullptr) evidence.world = *world;

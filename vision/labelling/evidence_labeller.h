@@ -17,7 +17,6 @@
 #include "absl/status/statusor.h"
 #include "vision/evidence/evidence_accumulator.h"
 #include "vision/geometry/pinhole.h"
-#include "vision/geometry/point_pair.h"
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/pair_builder.h"

@@ -1,6 +1,7 @@
 #include "vision/labelling/label_outcome.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -164,6 +165,18 @@ std::string DoubtOf(const LabelledFrame& labels) {
     return absl::StrFormat("%.0f %% of the labelled places seem to move", 100.0 * share);
   }
   return "";
+}
+
+std::string DoubtOfTurn(const TwoViewMotion& motion, const Pinhole& camera, cv::Size size) {
+  // Of focal lengths where nothing is known, one deviation (bundle_adjustment_terms.h).
+  constexpr double kFactor = 1.5;
+  constexpr double kMostBend = 3.0;  // deviations of a place, which would seem to move
+  const double turn = std::acos(std::clamp(motion.rotation(2, 2), -1.0, 1.0));
+  const double border = 0.5 * std::max(size.width, size.height) / camera.focal_pixels;
+  const double bend = camera.focal_pixels * turn * border * border * (kFactor * kFactor - 1.0);
+  return bend > kMostBend * motion.noise_pixels
+             ? "the camera turns, and its focal length is not known yet"
+             : "";
 }
 
 }  // namespace egosieve::vision

@@ -8,10 +8,12 @@
 
 #include "absl/status/status.h"
 #include "vision/geometry/motion_model.h"
+#include "vision/geometry/pinhole.h"
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/matching/scene_agreement.h"
+#include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
 
@@ -55,5 +57,9 @@ void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result)
 
 // `doubt` of labelled_frame.h, from the rest of it.
 std::string DoubtOf(const LabelledFrame& labels);
+// The same while the focal length is assumed: for a turn under which another one would move static
+// places at the border of a picture of `size` by more than their noise; else empty. A turn that
+// moves the middle by p moves a place at x by p (1 + x^2 / f^2).
+std::string DoubtOfTurn(const TwoViewMotion& motion, const Pinhole& camera, cv::Size size);
 
 }  // namespace egosieve::vision

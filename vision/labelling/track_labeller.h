@@ -27,7 +27,6 @@
 #include "vision/labelling/focal_learner.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/gap_choice.h"
-#include "vision/labelling/label_outcome.h"
 #include "vision/labelling/mover_memory.h"
 #include "vision/labelling/outlook.h"
 #include "vision/labelling/pair_builder.h"

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,7 +12,6 @@
 #include "kernels/base/status_macros.h"
 #include "vision/evidence/evidence_accumulator.h"
 #include "vision/frame/ignored_area.h"
-#include "vision/geometry/mix_seed.h"
 #include "vision/geometry/motion_model.h"
 #include "vision/geometry/pinhole.h"
 #include "vision/geometry/residual.h"
@@ -21,6 +19,7 @@
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
+#include "vision/labelling/label_outcome.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/labelling/lines_along_travel.h"
 #include "vision/labelling/outlook.h"
@@ -117,23 +116,6 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
     }
   }
   result.outcome = LabelOutcome::kLabelled;
-}
-
-// How far a wrong focal length moves static places at the picture's border, pixels. A turn that moves
-// the middle by p moves a place at x by p (1 + x^2 / f^2).
-double BendByFocal(const TwoViewMotion& motion, const Pinhole& camera, cv::Size size) {
-  constexpr double kFactor = 1.5;  // of the focal length: it is shorter by as much
-  const double turn = std::acos(std::clamp(motion.rotation(2, 2), -1.0, 1.0));
-  const double border = 0.5 * std::max(size.width, size.height) / camera.focal_pixels;
-  return camera.focal_pixels * turn * border * border * (kFactor * kFactor - 1.0);
-}
-
-void DoubtFocalLength(const TwoViewMotion& motion, const Pinhole& camera, cv::Size size,
-                      LabelledFrame& result) {
-  constexpr double kMostBend = 3.0;  // deviations of a place, which would seem to move
-  if (BendByFocal(motion, camera, size) > kMostBend * motion.noise_pixels) {
-    result.doubt = "the camera turns, and its focal length is not known yet";
-  }
 }
 
 constexpr int kNoGap = 1 << 20;  // longer than any track
@@ -387,7 +369,7 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   ground_.SetOnward(result.step.onward);
   if (model.trusted) {
     result.noise_pixels = world.noise_pixels;
-    if (!IsFocalKnown()) DoubtFocalLength(world, camera, frame.grey.size(), result);
+    if (!IsFocalKnown()) result.doubt = DoubtOfTurn(world, camera, frame.grey.size());
   }
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();

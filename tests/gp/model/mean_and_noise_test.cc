@@ -116,6 +116,22 @@ TEST_P(MeanFunctionTest, IsTheSameOnTheDevice) {
   }
 }
 
+// More than are made in float64 at a time.
+TEST_P(MeanFunctionTest, AQueryGivesTheSameAmongMany) {
+  const auto posterior = Value(Model(x_, y_).MakePosterior({}));
+  const int64_t few = queries_.rows(), many = 20000;
+  NarrowMatrix queries(many, kDimension);
+  for (int64_t i = 0; i < many; ++i) queries.row(i) = queries_.row(i % few).cast<float>();
+  std::vector<float> mean(2 * many), variance(many);
+  ASSERT_TRUE(
+      posterior->Evaluate({queries.data(), many, kDimension}, {mean.data(), variance.data()}).ok());
+  for (int64_t i = few; i < many; ++i) {
+    ASSERT_EQ(mean[2 * i], mean[2 * (i % few)]) << i;
+    ASSERT_EQ(mean[2 * i + 1], mean[2 * (i % few) + 1]) << i;
+    ASSERT_EQ(variance[i], variance[i % few]) << i;
+  }
+}
+
 TEST_P(MeanFunctionTest, LeavesPointsOut) {
   const ExactModel model = Model(x_, y_);
   const auto left_out = Value(model.PredictLeaveOneOut());
