@@ -56,7 +56,8 @@ size_t ChunkEnd(const std::vector<FrameLine>& lines, size_t begin) {
 std::string SignatureOf(const RunDescription& description, const std::vector<FrameLine>& lines,
                         const RefineOptions& options) {
   return absl::StrFormat(
-      "what=%s mask=%g,%g objects=%g,%g classes=%g,%g causal=%d frames=%d-%d maps=%d started=%s",
+      "movers=2 what=%s mask=%g,%g objects=%g,%g classes=%g,%g causal=%d frames=%d-%d maps=%d "
+      "started=%s",
       options.what.ToText(), options.mask.low, options.mask.high, options.objects.low,
       options.objects.high, options.classes.static_below, options.classes.dynamic_above,
       options.window.link.causal ? 1 : 0, lines.empty() ? -1 : lines.front().index,
@@ -73,7 +74,6 @@ absl::Status RefineOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(classes.Validate());
   EGOSIEVE_RETURN_IF_ERROR(objects.Validate());
   EGOSIEVE_RETURN_IF_ERROR(window.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(tracker.Validate());
   if (mask.Validate().ok()) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrFormat(
       "--mask_low=%g and --mask_high=%g; both must lie in [0, 1], the first not above the second",
@@ -140,8 +140,8 @@ absl::Status RefineRun::RestoreState() {
                               LineLog::OpenTruncated(folder_.File(kTracks), track_rows_ + 1));
     tracks_ = std::make_unique<LineLog>(std::move(log));
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      tracker_, vision::MoverTracker::Restore(options_.tracker, json.value("tracker", "")));
+  EGOSIEVE_ASSIGN_OR_RETURN(tracker_, vision::MoverTracker::Restore(json.value("tracker", "")));
+  EGOSIEVE_ASSIGN_OR_RETURN(links_, vision::MoverLinks::Restore(json.value("links", "")));
   return absl::OkStatus();
 }
 
@@ -150,7 +150,8 @@ absl::Status RefineRun::SaveState(size_t done) {
                                        {"frames_done", done},
                                        {"frames", lines_.size()},
                                        {"track_rows", track_rows_},
-                                       {"tracker", tracker_.ToText()}};
+                                       {"tracker", tracker_.ToText()},
+                                       {"links", links_.ToText()}};
   return WriteFileAtomically(folder_.File(kRefineState), json.dump(1) + "\n");
 }
 
@@ -204,7 +205,7 @@ std::vector<cv::Mat1w> RefineRun::NumberMovers(size_t begin, size_t end,
   std::vector<vision::TrackedFrame> tracked;
   std::vector<cv::Mat1w> numbers;
   std::vector<uint16_t> seen_once;
-  vision::MoverTracker next_chunk(options_.tracker);
+  vision::MoverTracker next_chunk;
   for (size_t i = 0; i < results.size(); ++i) {
     const size_t now = begin - window_begin_ + i;
     const size_t seen = causal ? now + 1 : window_.size();
@@ -223,7 +224,27 @@ std::vector<cv::Mat1w> RefineRun::NumberMovers(size_t begin, size_t end,
     seen_once = tracker.SeenOnce();
   }
   numbers.resize(end - begin);
+  LinkMovers(begin, tracked, numbers);
   return numbers;
+}
+
+void RefineRun::LinkMovers(size_t begin, const std::vector<vision::TrackedFrame>& tracked,
+                           std::vector<cv::Mat1w>& numbers) {
+  const bool causal = options_.window.link.causal;
+  std::vector<vision::SightedFrame> sightings(numbers.size());
+  kernels::ParallelFor(static_cast<int64_t>(numbers.size()), [&](int64_t i) {
+    sightings[i] = vision::SightingsOf(tracked, begin - window_begin_ + i, numbers[i], causal);
+  });
+  const size_t at_once = causal ? 1 : numbers.size();
+  for (size_t i = 0; i < numbers.size(); i += at_once) {
+    const auto movers = links_.Add({sightings.begin() + static_cast<int64_t>(i),
+                                    sightings.begin() + static_cast<int64_t>(i + at_once)});
+    for (size_t k = 0; k < at_once; ++k) {
+      for (uint16_t& number : numbers[i + k]) {
+        if (number != 0) number = movers[k].at(number);
+      }
+    }
+  }
 }
 
 absl::Status RefineRun::RunChunk(size_t begin, size_t end) {

@@ -3,7 +3,7 @@
 //   chunk    up to 32 consecutive frames of one size. The frames around it on which its results
 //            depend (vision/masks/map_window.h) are read with it and kept for the next chunk
 //   files    of a chunk: frame products, then rows of tracks.csv, then reconstruct.json, which
-//            records the progress and the tracker's state. A run that was killed continues at its
+//            records the progress and the movers' state. A run that was killed continues at its
 //            last chunk, and gives the same bytes
 //
 // Memory: the frames of a chunk and at most 24 on each side of it, for any length of the drive.
@@ -27,6 +27,7 @@
 #include "tools/run_folder/run_folder.h"
 #include "vision/frame/frame_source.h"
 #include "vision/masks/map_window.h"
+#include "vision/masks/mover_links.h"
 #include "vision/masks/mover_tracker.h"
 
 namespace egosieve::tools {
@@ -37,7 +38,6 @@ struct RefineOptions {
   vision::ObjectThresholds objects;
   vision::ObjectThresholds mask = {0.5, 0.7};
   vision::MapWindowOptions window;
-  vision::MoverTrackerOptions tracker;
   std::string input;  // if not empty, replaces the path in run.json
   // Continue where a former call with the same options stopped; begin where there is none.
   bool resume = false;
@@ -92,10 +92,7 @@ class RefineRun {
  private:
   RefineRun(std::shared_ptr<kernels::Context> context, const RunFolder& folder,
             const RefineOptions& options)
-      : context_(std::move(context)),
-        folder_(folder),
-        options_(options),
-        tracker_(options.tracker) {}
+      : context_(std::move(context)), folder_(folder), options_(options) {}
 
   absl::Status Begin();
   absl::Status StartTracks();
@@ -111,6 +108,9 @@ class RefineRun {
   // and, where the next frame tells which of the last movers are glimpses (glimpses.h), of that.
   std::vector<cv::Mat1w> NumberMovers(size_t begin, size_t end,
                                       const std::vector<FrameResult>& results);
+  // Gives the tracker's numbers in the frames [begin, ...) of `tracked` the numbers of the movers.
+  void LinkMovers(size_t begin, const std::vector<vision::TrackedFrame>& tracked,
+                  std::vector<cv::Mat1w>& numbers);
   absl::Status WriteChunk(size_t begin, std::vector<FrameResult>& results);
 
   std::shared_ptr<kernels::Context> context_;
@@ -123,6 +123,7 @@ class RefineRun {
   std::vector<bool> has_map_of_its_own_;
   std::unique_ptr<vision::FrameSource> source_;
   vision::MoverTracker tracker_;
+  vision::MoverLinks links_;
   std::unique_ptr<LineLog> tracks_;
   int64_t track_rows_ = 0;
   int64_t done_before_ = 0;

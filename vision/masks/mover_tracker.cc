@@ -6,11 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "absl/strings/str_format.h"
-#include "absl/types/span.h"
 #include "vision/masks/motion_split.h"
 #include "vision/masks/regions.h"
-#include "vision/masks/stray_pieces.h"
 #include "vision/masks/temporal_link.h"
 
 namespace egosieve::vision {
@@ -21,20 +18,21 @@ constexpr int kNumbers = 65535;
 constexpr float kLeastAgreement = 0.5f;
 constexpr double kMotionScale = 0.7;  // pixels, of a mover's motion between two frames
 constexpr int kMotionStep = 2;        // pixels; every second pixel suffices
-// A piece that no mover explains is compared with movers from this many times min_pixels on.
-constexpr int kLargeInSpecks = 4;
-// Smaller pieces that touch another mover are more often a part of it than movers of their own. In
-// units of min_pixels.
-constexpr int kFragmentInSpecks = 8;
+// A piece that no mover explains is compared with movers from this size on.
+constexpr int kLargePixels = 4 * kMinMoverPixels;
+// Smaller pieces that touch another mover are more often a part of it than movers of their own.
+constexpr int kFragmentPixels = 8 * kMinMoverPixels;
 constexpr int kMostSplits = 3;  // of one mover in one frame
 // Movers touch where this share of the pixels around one of them belongs to the other.
 constexpr double kContact = 0.2;
-constexpr int kTouch = 2, kWorldReach = 12;  // pixels
-constexpr double kMovesAsWorldPixels = 1.0;
+constexpr int kTouch = 2;  // pixels
 constexpr size_t kLeastPlaces = 6;
-// Shares of a mover's motion by which a new part beside it (kJoins), and a mover to be merged with
-// it (kIsOne), may differ. Parts of one mover also differ where it turns or approaches.
-constexpr double kJoins = 0.4, kIsOne = 0.05;
+// Share of a mover's motion by which a new part beside it may differ: parts of one mover also differ
+// where it turns or approaches.
+constexpr double kJoins = 0.4;
+constexpr double kColourDistance = 0.45;  // Bhattacharyya's, between a part and what it joins
+// Of a new frame in a mover's speed and colours.
+constexpr double kSpeedWeight = 0.5, kColourWeight = 0.2;
 
 // The links from `now` onwards, or else backwards from it, that end within `seconds`.
 std::vector<FlowPair> LinksFrom(const std::vector<TrackedFrame>& frames, size_t now,
@@ -85,46 +83,25 @@ MoverMotion MotionIn(const cv::Mat1b& region, const cv::Mat& flow, const cv::Mat
   return FitMotion(places, steps, kMotionScale);
 }
 
-double ColourDistance(absl::Span<const double> a, absl::Span<const double> b) {
-  double overlap = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) overlap += std::sqrt(a[i] * b[i]);
-  return std::sqrt(std::max(0.0, 1.0 - overlap));
-}
-
 }  // namespace
 
 struct MoverTracker::Scene {
-  double time_seconds = 0.0, step_seconds = 0.0;  // since the frame before
+  double step_seconds = 0.0;  // since the frame before; 0: none
   AssignmentPictures pictures;
-  RegionLabels regions;  // of the mask
   MovingCells cells;
   std::vector<FlowPair> links;
 };
 
-absl::Status MoverTrackerOptions::Validate() const {
-  if (min_pixels >= 1 && lost_seconds >= 0.0 && look_seconds > 0.0 && merge_votes >= 1 &&
-      max_distance >= 0.0) {
-    return absl::OkStatus();
-  }
-  return absl::InvalidArgumentError(absl::StrFormat(
-      "min_pixels = %d, lost_seconds = %g, look_seconds = %g, merge_votes = %d, max_distance = %g; "
-      "min_pixels and merge_votes must be at least 1, look_seconds positive, the others not "
-      "negative",
-      min_pixels, lost_seconds, look_seconds, merge_votes, max_distance));
-}
-
 cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
                             const cv::Mat1b& mask) {
   Scene scene;
-  scene.time_seconds = frames[now].time_seconds;
   scene.pictures.now = frames[now].image;
   scene.pictures.mask = mask;
-  scene.regions = RegionLabels(mask);
-  scene.links = LinksFrom(frames, now, options_.look_seconds);
+  scene.links = LinksFrom(frames, now, kLookSeconds);
   scene.cells = FollowCells(mask, scene.links);
   cv::Mat1w numbers = cv::Mat1w::zeros(mask.size());
   if (now > 0 && !frames[now].flow.forward.empty() && last_.size() == mask.size()) {
-    scene.step_seconds = scene.time_seconds - frames[now - 1].time_seconds;
+    scene.step_seconds = frames[now].time_seconds - frames[now - 1].time_seconds;
     scene.pictures.before = frames[now - 1].image;
     scene.pictures.from_before = frames[now].flow;
     if (now + 1 < frames.size() && !frames[now + 1].flow.forward.empty()) {
@@ -133,10 +110,8 @@ cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
     }
     numbers = AssignKnown(scene);
   }
-  DropStrays(scene.regions, options_.min_pixels, numbers);
   FillRegions(scene, numbers);
   SplitMovers(scene, numbers);
-  MergeMovers(scene, numbers);
   DropFragments(numbers);
   Remember(scene, numbers);
   last_ = numbers;
@@ -181,12 +156,12 @@ void MoverTracker::FillRegions(const Scene& scene, cv::Mat1w& numbers) {
   for (const Piece& region : PiecesOf(scene.pictures.mask)) {
     const std::map<uint16_t, int> known = CountNumbers(numbers, region.pixels);
     if (known.empty()) {
-      if (region.area >= options_.min_pixels) unknown.push_back(region);
+      if (region.area >= kMinMoverPixels) unknown.push_back(region);
       continue;
     }
     cv::Mat1b rest = region.pixels.clone();
     for (const Piece& piece : PiecesOf(region.pixels & (numbers == 0))) {
-      if (piece.area < kLargeInSpecks * options_.min_pixels) break;
+      if (piece.area < kLargePixels) break;
       const auto nearest = NearestMotion(scene, piece.pixels, known, numbers);
       if (!nearest) continue;
       if (nearest->first < 1.0) {
@@ -198,30 +173,7 @@ void MoverTracker::FillRegions(const Scene& scene, cv::Mat1w& numbers) {
     }
     FillNearest(rest, numbers);
   }
-  for (const Piece& piece : unknown) {
-    numbers.setTo(NumberFor(Describe(scene, piece.pixels), numbers), piece.pixels);
-  }
-}
-
-uint16_t MoverTracker::NumberFor(const Mover& seen, const cv::Mat1w& numbers) {
-  const std::map<uint16_t, int> taken = CountNumbers(numbers, numbers != 0);
-  uint16_t best = 0;
-  double best_distance = options_.max_distance;
-  for (const auto& [number, mover] : movers_) {
-    const double lost = seen.last_seconds - mover.last_seconds;
-    if (taken.count(number) > 0 || lost > options_.lost_seconds) continue;
-    const double ratio = seen.pixels / mover.pixels;
-    const double side = std::sqrt(std::max(seen.pixels, mover.pixels));
-    const cv::Point2d expected = mover.centre + mover.speed * lost;
-    const double reach = side + 0.5 * cv::norm(mover.speed) * lost;
-    if (ratio < 0.33 || ratio > 3.0 || cv::norm(seen.centre - expected) > reach) continue;
-    const double distance = ColourDistance(seen.colours, mover.colours);
-    if (distance < best_distance) {
-      best = number;
-      best_distance = distance;
-    }
-  }
-  return best != 0 ? best : NewNumber();
+  for (const Piece& piece : unknown) numbers.setTo(NewNumber(numbers), piece.pixels);
 }
 
 void MoverTracker::SplitMovers(const Scene& scene, cv::Mat1w& numbers) {
@@ -232,23 +184,9 @@ void MoverTracker::SplitMovers(const Scene& scene, cv::Mat1w& numbers) {
       if (!split) break;
       const cv::Mat1b part = PixelsOfPart(scene.cells, *split, region);
       if (cv::countNonZero(part) == 0) break;
-      numbers.setTo(MovesAsWorld(scene, part) ? 0 : NumberOfPart(scene, part, number, numbers),
-                    part);
+      numbers.setTo(NumberOfPart(scene, part, number, numbers), part);
     }
   }
-}
-
-bool MoverTracker::MovesAsWorld(const Scene& scene, const cv::Mat1b& part) {
-  const FlowPair& flow = scene.links.front();  // not empty, since a part was found by them
-  const cv::Mat1f agreement = FlowAgreement(flow.forward, flow.backward, 1.0);
-  cv::Mat1b around = RingAround(part, kWorldReach), moving;
-  cv::dilate(scene.pictures.mask, moving, cv::Mat::ones(2 * kTouch + 1, 2 * kTouch + 1, CV_8U));
-  around.setTo(0, moving);
-  size_t of_part = 0, of_world = 0;
-  const MoverMotion own = MotionIn(part, flow.forward, agreement, &of_part);
-  const MoverMotion world = MotionIn(around, flow.forward, agreement, &of_world);
-  return std::min(of_part, of_world) >= kLeastPlaces &&
-         cv::norm(own.shift - world.At(own.centre)) < kMovesAsWorldPixels;
 }
 
 uint16_t MoverTracker::NumberOfPart(const Scene& scene, const cv::Mat1b& part, uint16_t whole,
@@ -257,77 +195,17 @@ uint16_t MoverTracker::NumberOfPart(const Scene& scene, const cv::Mat1b& part, u
   std::map<uint16_t, int> touched = CountNumbers(numbers, RingAround(part, kTouch));
   for (auto entry = touched.begin(); entry != touched.end();) {
     const auto mover = movers_.find(entry->first);
-    const bool may_be_it =
-        entry->first != whole && mover != movers_.end() &&
-        ColourDistance(seen.colours, mover->second.colours) < options_.max_distance;
+    const bool may_be_it = entry->first != whole && mover != movers_.end() &&
+                           ColourDistance(seen.colours, mover->second.colours) < kColourDistance;
     entry = may_be_it ? std::next(entry) : touched.erase(entry);
   }
   const auto nearest = NearestMotion(scene, part, touched, numbers);
-  return nearest && nearest->first < 1.0 ? nearest->second : NumberFor(seen, numbers);
+  return nearest && nearest->first < 1.0 ? nearest->second : NewNumber(numbers);
 }
 
-void MoverTracker::RememberApart(const Scene& scene, const cv::Mat1w& numbers) {
-  std::map<uint16_t, Piece> largest;
+void MoverTracker::DropFragments(cv::Mat1w& numbers) {
   for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
-    if (count < kFragmentInSpecks * options_.min_pixels) continue;
-    largest.emplace(number, PiecesOf(numbers == number).front());
-  }
-  for (const auto& [a, piece_a] : largest) {
-    for (const auto& [b, piece_b] : largest) {
-      if (a < b && scene.regions.LieApart(piece_a, piece_b)) apart_.insert({a, b});
-    }
-  }
-}
-
-void MoverTracker::MergeMovers(const Scene& scene, cv::Mat1w& numbers) {
-  RememberApart(scene, numbers);
-  std::vector<std::pair<int, uint16_t>> by_size;
-  for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
-    by_size.emplace_back(count, number);
-  }
-  std::sort(by_size.begin(), by_size.end());
-  for (const auto& [count, number] : by_size) {
-    if (count < options_.min_pixels) continue;
-    const uint16_t partner = PartnerOf(scene, number, numbers);
-    if (partner == 0) continue;
-    const auto first_seen = [&](uint16_t of) {
-      const auto mover = movers_.find(of);
-      return mover == movers_.end() ? scene.time_seconds : mover->second.first_seconds;
-    };
-    const bool is_older = first_seen(number) < first_seen(partner);
-    const uint16_t stays = is_older ? number : partner, goes = is_older ? partner : number;
-    numbers.setTo(stays, numbers == goes);
-    movers_.erase(goes);
-    for (auto vote = votes_.begin(); vote != votes_.end();) {
-      const bool is_of_it = vote->first.first == goes || vote->first.second == goes;
-      vote = is_of_it ? votes_.erase(vote) : std::next(vote);
-    }
-  }
-}
-
-// The mover that `number` has touched and moved with for long enough; 0: none.
-uint16_t MoverTracker::PartnerOf(const Scene& scene, uint16_t number, const cv::Mat1w& numbers) {
-  const cv::Mat1b ring = RingAround(numbers == number, kTouch);
-  const double least = kContact * cv::countNonZero(ring);
-  const CellsByNumber cells = CellsOf(scene.cells, numbers);
-  const auto own = cells.find(number);
-  if (own == cells.end()) return 0;
-  for (const auto& [other, contact] : CountNumbers(numbers, ring)) {
-    const auto others = cells.find(other);
-    if (contact < least || others == cells.end()) continue;
-    if (apart_.count(std::minmax(number, other)) > 0) continue;
-    const std::optional<double> distance =
-        MotionDistance(scene.cells, own->second, others->second, kIsOne);
-    int& votes = votes_[{number, other}];
-    votes = distance && *distance < 1.0 ? votes + 1 : 0;
-    if (votes >= options_.merge_votes) return other;
-  }
-  return 0;
-}
-
-void MoverTracker::DropFragments(cv::Mat1w& numbers) const {
-  for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
-    if (count >= kFragmentInSpecks * options_.min_pixels) continue;
+    if (count >= kFragmentPixels) continue;
     const cv::Mat1b region = numbers == number;
     const cv::Mat1b ring = RingAround(region, kTouch);
     const std::map<uint16_t, int> touched = CountNumbers(numbers, ring);
@@ -336,44 +214,40 @@ void MoverTracker::DropFragments(cv::Mat1w& numbers) const {
                          [](const auto& a, const auto& b) { return a.second < b.second; });
     if (most != touched.end() && most->second >= kContact * cv::countNonZero(ring)) {
       numbers.setTo(most->first, region);
-    } else if (2 * count < options_.min_pixels) {
+    } else if (2 * count < kMinMoverPixels) {
       numbers.setTo(0, region);
     }
   }
 }
 
 void MoverTracker::Remember(const Scene& scene, const cv::Mat1w& numbers) {
+  std::map<uint16_t, Mover> movers;
   for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
     Mover now = Describe(scene, numbers == number);
     const auto before = movers_.find(number);
     if (before != movers_.end()) {
-      const double seconds = scene.time_seconds - before->second.last_seconds;
-      now.first_seconds = before->second.first_seconds;
+      now.is_new = false;
       now.speed = before->second.speed;
-      if (seconds > 0.0) {
-        now.speed = 0.5 * now.speed + 0.5 / seconds * (now.centre - before->second.centre);
+      if (scene.step_seconds > 0.0) {
+        const cv::Point2d speed = (now.centre - before->second.centre) / scene.step_seconds;
+        now.speed += kSpeedWeight * (speed - now.speed);
       }
       for (int i = 0; i < kMoverColours; ++i) {
-        now.colours[i] = 0.8 * before->second.colours[i] + 0.2 * now.colours[i];
+        now.colours[i] = before->second.colours[i] +
+                         kColourWeight * (now.colours[i] - before->second.colours[i]);
       }
     }
-    movers_[number] = now;
+    movers[number] = now;
   }
-  std::erase_if(movers_, [&](const auto& mover) {
-    return scene.time_seconds - mover.second.last_seconds > options_.lost_seconds;
-  });
-  const auto are_known = [&](const std::pair<uint16_t, uint16_t>& pair) {
-    return movers_.count(pair.first) > 0 && movers_.count(pair.second) > 0;
-  };
-  std::erase_if(apart_, [&](const auto& pair) { return !are_known(pair); });
-  std::erase_if(votes_,
-                [&](const auto& vote) { return vote.second == 0 || !are_known(vote.first); });
+  movers_ = std::move(movers);
 }
 
-uint16_t MoverTracker::NewNumber() {
-  while (movers_.count(static_cast<uint16_t>(next_number_)) > 0) {
-    next_number_ = next_number_ % kNumbers + 1;
-  }
+uint16_t MoverTracker::NewNumber(const cv::Mat1w& numbers) {
+  const auto is_taken = [&](int number) {
+    return movers_.count(static_cast<uint16_t>(number)) > 0 ||
+           cv::countNonZero(numbers == number) > 0;
+  };
+  while (is_taken(next_number_)) next_number_ = next_number_ % kNumbers + 1;
   const auto number = static_cast<uint16_t>(next_number_);
   next_number_ = next_number_ % kNumbers + 1;
   return number;
@@ -381,17 +255,17 @@ uint16_t MoverTracker::NewNumber() {
 
 MoverTracker::Mover MoverTracker::Describe(const Scene& scene, const cv::Mat1b& region) {
   Mover mover;
-  mover.first_seconds = mover.last_seconds = scene.time_seconds;
+  double pixels = 0.0;
   for (int y = 0; y < region.rows; ++y) {
     for (int x = 0; x < region.cols; ++x) {
       if (region(y, x) == 0) continue;
-      ++mover.pixels;
+      ++pixels;
       mover.centre += cv::Point2d(x, y);
       ++mover.colours[ColourOf(scene.pictures.now(y, x))];
     }
   }
-  mover.centre /= std::max(mover.pixels, 1.0);
-  for (double& share : mover.colours) share /= std::max(mover.pixels, 1.0);
+  mover.centre /= std::max(pixels, 1.0);
+  for (double& share : mover.colours) share /= std::max(pixels, 1.0);
   return mover;
 }
 

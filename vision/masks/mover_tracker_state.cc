@@ -10,7 +10,7 @@ namespace egosieve::vision {
 std::vector<uint16_t> MoverTracker::SeenOnce() const {
   std::vector<uint16_t> numbers;
   for (const auto& [number, mover] : movers_) {
-    if (mover.first_seconds == mover.last_seconds) numbers.push_back(number);
+    if (mover.is_new) numbers.push_back(number);
   }
   return numbers;
 }
@@ -25,27 +25,19 @@ std::string MoverTracker::ToText() const {
   nlohmann::ordered_json json = {{"next_number", next_number_},
                                  {"last_size", {last_.cols, last_.rows}},
                                  {"last_runs", runs},
-                                 {"movers", nlohmann::ordered_json::array()},
-                                 {"votes", nlohmann::ordered_json::array()},
-                                 {"apart", apart_}};
+                                 {"movers", nlohmann::ordered_json::array()}};
   for (const auto& [number, mover] : movers_) {
     json["movers"].push_back({{"number", number},
-                              {"first_seconds", mover.first_seconds},
-                              {"last_seconds", mover.last_seconds},
+                              {"is_new", mover.is_new},
                               {"centre", {mover.centre.x, mover.centre.y}},
                               {"speed", {mover.speed.x, mover.speed.y}},
-                              {"pixels", mover.pixels},
                               {"colours", mover.colours}});
-  }
-  for (const auto& [pair, votes] : votes_) {
-    json["votes"].push_back({pair.first, pair.second, votes});
   }
   return json.dump();
 }
 
-absl::StatusOr<MoverTracker> MoverTracker::Restore(const MoverTrackerOptions& options,
-                                                   absl::string_view text) {
-  MoverTracker tracker(options);
+absl::StatusOr<MoverTracker> MoverTracker::Restore(absl::string_view text) {
+  MoverTracker tracker;
   try {
     const auto json = nlohmann::json::parse(text);
     tracker.next_number_ = json.at("next_number").get<int>();
@@ -63,21 +55,12 @@ absl::StatusOr<MoverTracker> MoverTracker::Restore(const MoverTrackerOptions& op
     if (!numbers.empty()) tracker.last_ = cv::Mat1w(size[1], size[0], numbers.data()).clone();
     for (const nlohmann::json& entry : json.at("movers")) {
       Mover mover;
-      mover.first_seconds = entry.at("first_seconds").get<double>();
-      mover.last_seconds = entry.at("last_seconds").get<double>();
+      mover.is_new = entry.at("is_new").get<bool>();
       mover.centre = {entry.at("centre").at(0).get<double>(),
                       entry.at("centre").at(1).get<double>()};
       mover.speed = {entry.at("speed").at(0).get<double>(), entry.at("speed").at(1).get<double>()};
-      mover.pixels = entry.at("pixels").get<double>();
       mover.colours = entry.at("colours").get<ColourShares>();
       tracker.movers_[entry.at("number").get<uint16_t>()] = mover;
-    }
-    for (const nlohmann::json& entry : json.at("votes")) {
-      const auto vote = entry.get<std::array<int, 3>>();
-      tracker.votes_[{static_cast<uint16_t>(vote[0]), static_cast<uint16_t>(vote[1])}] = vote[2];
-    }
-    for (const nlohmann::json& entry : json.at("apart")) {
-      tracker.apart_.insert(entry.get<std::pair<uint16_t, uint16_t>>());
     }
   } catch (const nlohmann::json::exception& error) {
     return absl::DataLossError(

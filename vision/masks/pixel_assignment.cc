@@ -133,6 +133,12 @@ cv::Mat1f CostsOf(const AssignmentPictures& pictures, const Sides& sides, const 
 
 }  // namespace
 
+double ColourDistance(const ColourShares& a, const ColourShares& b) {
+  double overlap = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) overlap += std::sqrt(a[i] * b[i]);
+  return std::sqrt(std::max(0.0, 1.0 - overlap));
+}
+
 cv::Mat1w AssignPixels(const AssignmentPictures& pictures, const cv::Mat1w& last,
                        const std::vector<KnownMover>& movers, const AssignmentOptions& options) {
   const cv::Size size = pictures.mask.size();

@@ -36,6 +36,9 @@ inline int ColourOf(const cv::Vec3b& pixel) {
   return (pixel[0] >> 5) * 64 + (pixel[1] >> 5) * 8 + (pixel[2] >> 5);
 }
 
+// Bhattacharyya's distance, in [0, 1].
+double ColourDistance(const ColourShares& a, const ColourShares& b);
+
 struct AssignmentOptions {
   double levels = 8.0;    // of 255
   double pixels = 1.5;    // per step between frames

@@ -6,6 +6,7 @@
 #include "gtest/gtest.h"
 #include "tests/testing/status.h"
 #include "vision/masks/mask_image.h"
+#include "vision/masks/mover_links.h"
 #include "vision/masks/pixel_assignment.h"
 
 namespace egosieve::vision {
@@ -64,41 +65,30 @@ const cv::Vec3b kRed(30, 30, 220), kBlue(220, 60, 30);
 
 TEST(MoverTracker, MoversThatTouchKeepTheirNumbers) {
   const std::vector<Body> bodies = {{{10, 20, 30, 30}, 4, kRed}, {{120, 25, 30, 30}, -4, kBlue}};
-  MoverTracker tracker({});
-  cv::Mat1w numbers = Track(tracker, bodies, 0);
-  const uint16_t red = numbers(30, 20), blue = numbers(30, 130);
+  MoverTracker tracker;
+  std::vector<SightedFrame> sighted;
+  std::vector<cv::Mat1w> numbers;
+  for (int t = 0; t <= 20; ++t) {
+    numbers.push_back(Track(tracker, bodies, t));
+    sighted.push_back(SightingsOf(FramesOf(bodies, t), t, numbers.back(), true));
+  }
+  const uint16_t red = numbers[0](30, 20), blue = numbers[0](30, 130);
   EXPECT_NE(red, blue);
-  for (int t = 1; t <= 12; ++t) numbers = Track(tracker, bodies, t);
   // At t = 12 they overlap by 16 pixels; what is seen of each is still its own.
-  EXPECT_EQ(numbers(30, 62), red);
-  EXPECT_EQ(numbers(30, 98), blue);
-  for (int t = 13; t <= 20; ++t) numbers = Track(tracker, bodies, t);
-  EXPECT_EQ(numbers(30, 110), red);
-  EXPECT_EQ(numbers(40, 50), blue);
-}
-
-TEST(MoverTracker, AMoverThatWasHiddenShortlyIsTheSame) {
-  std::vector<Body> bodies = {{{10, 20, 30, 30}, 4, kRed, 5, 10}, {{120, 55, 20, 20}, 0, kBlue}};
-  MoverTracker tracker({});
-  cv::Mat1w numbers;
-  for (int t = 0; t < 5; ++t) numbers = Track(tracker, bodies, t);
-  const uint16_t before = numbers(30, 40);
-  ASSERT_NE(before, 0);
-  for (int t = 5; t < 11; ++t) numbers = Track(tracker, bodies, t);
-  EXPECT_EQ(numbers(30, 60), before);
-  // Another colour is another mover.
-  MoverTracker other({});
-  for (int t = 0; t < 5; ++t) numbers = Track(other, bodies, t);
-  bodies[0].colour = kBlue;
-  for (int t = 5; t < 11; ++t) numbers = Track(other, bodies, t);
-  EXPECT_NE(numbers(30, 60), before);
+  EXPECT_EQ(numbers[12](30, 62), red);
+  EXPECT_EQ(numbers[12](30, 98), blue);
+  // At t = 14 hardly any of red is seen, and after it the tracker calls red another.
+  MoverLinks links;
+  const auto movers = links.Add(sighted);
+  EXPECT_EQ(movers[20].at(numbers[20](30, 110)), movers[0].at(red));
+  EXPECT_EQ(movers[20].at(numbers[20](40, 50)), movers[0].at(blue));
 }
 
 TEST(MoverTracker, AMoverThatAppearsBesideAnotherIsNew) {
   const std::vector<Body> bodies = {{{60, 20, 30, 30}, -3, kRed}, {{90, 20, 30, 30}, 3, kBlue}};
   std::vector<Body> second_hidden = bodies;
   second_hidden[1].gone_from = 0;
-  MoverTracker tracker({});
+  MoverTracker tracker;
   cv::Mat1w numbers = Track(tracker, second_hidden, 0);
   const uint16_t red = numbers(30, 70);
   // Nothing is between them in frame 1: the red one's region takes in the blue one's.
@@ -114,7 +104,7 @@ TEST(MoverTracker, AMoverThatAppearsBesideAnotherIsNew) {
 
 TEST(MoverTracker, MoversThatPartGetNumbersOfTheirOwn) {
   const std::vector<Body> bodies = {{{60, 20, 30, 30}, -3, kRed}, {{90, 20, 30, 30}, 3, kBlue}};
-  MoverTracker tracker({});
+  MoverTracker tracker;
   cv::Mat1w numbers;
   for (int t = 0; t < 8; ++t) numbers = Track(tracker, bodies, t);
   EXPECT_NE(numbers(30, 50), 0);
@@ -123,7 +113,7 @@ TEST(MoverTracker, MoversThatPartGetNumbersOfTheirOwn) {
 }
 
 TEST(MoverTracker, SpecksAreNoMovers) {
-  MoverTracker tracker({});
+  MoverTracker tracker;
   cv::Mat1b mask = cv::Mat1b::zeros(kSize);
   mask(cv::Rect(5, 5, 4, 4)) = 255;
   const std::vector<TrackedFrame> frames = {{0.0, cv::Mat3b(kSize, cv::Vec3b()), {}}};
@@ -133,20 +123,20 @@ TEST(MoverTracker, SpecksAreNoMovers) {
 TEST(MoverTracker, GoesOnAfterRestoreToTheLastBit) {
   const std::vector<Body> bodies = {{{10, 20, 30, 30}, 4, kRed, 4, 7},
                                     {{120, 25, 30, 30}, -4, kBlue}};
-  MoverTracker whole({});
+  MoverTracker whole;
   for (int t = 0; t < 5; ++t) Track(whole, bodies, t);
-  MoverTracker restored = Value(MoverTracker::Restore({}, whole.ToText()));
+  MoverTracker restored = Value(MoverTracker::Restore(whole.ToText()));
   for (int t = 5; t < 14; ++t) {
     const cv::Mat1w expected = Track(whole, bodies, t), found = Track(restored, bodies, t);
     EXPECT_EQ(cv::countNonZero(expected != found), 0) << t;
   }
   EXPECT_EQ(whole.ToText(), restored.ToText());
-  EXPECT_FALSE(MoverTracker::Restore({}, "{}").ok());
-  EXPECT_FALSE(MoverTracker::Restore({}, "not json").ok());
+  EXPECT_FALSE(MoverTracker::Restore("{}").ok());
+  EXPECT_FALSE(MoverTracker::Restore("not json").ok());
 }
 
 TEST(MoverTracker, RemembersTheCentre) {
-  MoverTracker tracker({});
+  MoverTracker tracker;
   Track(tracker, {{{10, 20, 30, 40}, 0, kRed}}, 0);
   // Columns 10 to 39, rows 20 to 59.
   EXPECT_THAT(tracker.ToText(), testing::HasSubstr("\"centre\":[24.5,39.5]"));
@@ -155,72 +145,12 @@ TEST(MoverTracker, RemembersTheCentre) {
 TEST(MoverTracker, WhatPartsLaterIsTwoFromTheFirstFrameOn) {
   // Red stands before blue, and they part by 6 pixels a frame.
   const std::vector<Body> bodies = {{{60, 20, 60, 40}, 3, kBlue}, {{80, 30, 16, 30}, -3, kRed}};
-  MoverTracker tracker({});
+  MoverTracker tracker;
   const cv::Mat1w numbers = Track(tracker, bodies, 0, 5);
   EXPECT_NE(numbers(45, 88), 0);
   EXPECT_NE(numbers(45, 70), 0);
   EXPECT_NE(numbers(45, 88), numbers(45, 70));
   EXPECT_EQ(numbers(45, 70), numbers(45, 112));
-}
-
-TEST(MoverTracker, RoadThatTheMaskTakesInIsNoMover) {
-  const std::vector<Body> bodies = {{{20, 10, 50, 40}, 5, kRed}};
-  cv::Mat1b mask = SceneAt(bodies, 0).mask;
-  mask(cv::Rect(20, 50, 50, 10)) = 255;  // below it, and still
-  MoverTracker tracker({});
-  const cv::Mat1w numbers = tracker.Add(FramesOf(bodies, 5), 0, mask);
-  EXPECT_NE(numbers(30, 40), 0);
-  EXPECT_EQ(numbers(57, 45), 0);
-}
-
-TEST(MoverTracker, PartsThatMoveAsOneBecomeOne) {
-  // A gap in the mask, three frames long.
-  const std::vector<Body> bodies = {{{20, 20, 60, 30}, 3, kRed}};
-  MoverTracker tracker({});
-  cv::Mat1w numbers;
-  for (int t = 0; t < 10; ++t) {
-    const std::vector<TrackedFrame> frames = FramesOf(bodies, t + 3);
-    cv::Mat1b mask = SceneAt(bodies, t).mask;
-    if (t < 3) mask(cv::Rect(44 + 3 * t, 0, 12, 80)) = 0;
-    numbers = tracker.Add(frames, t, mask);
-    if (t == 2) {
-      EXPECT_NE(numbers(30, 40), numbers(30, 80));
-    }
-  }
-  EXPECT_NE(numbers(30, 60), 0);
-  EXPECT_EQ(numbers(30, 60), numbers(30, 100));
-}
-
-TEST(MoverTracker, PiecesThatCameApartAreTwo) {
-  // Blue drives behind red, as fast; the mask joins them in the first frame.
-  const std::vector<Body> bodies = {{{10, 20, 30, 30}, 3, kBlue}, {{60, 20, 30, 30}, 3, kRed}};
-  cv::Mat1b mask = SceneAt(bodies, 0).mask;
-  mask(cv::Rect(40, 30, 20, 10)) = 255;
-  MoverTracker tracker({});
-  cv::Mat1w numbers = tracker.Add(FramesOf(bodies, 0), 0, mask);
-  EXPECT_EQ(numbers(30, 20), numbers(30, 70));
-  numbers = Track(tracker, bodies, 1);
-  EXPECT_NE(numbers(30, 23), 0);
-  EXPECT_NE(numbers(30, 73), 0);
-  EXPECT_NE(numbers(30, 23), numbers(30, 73));
-}
-
-TEST(MoverTracker, MoversThatWereApartStayTwo) {
-  // Red stops behind blue and goes on with it.
-  MoverTracker tracker({});
-  const std::vector<Body> apart = {{{10, 20, 30, 30}, 3, kRed}, {{70, 20, 30, 30}, 0, kBlue}};
-  cv::Mat1w numbers;
-  for (int t = 0; t <= 10; ++t) numbers = Track(tracker, apart, t);
-  std::vector<TrackedFrame> frames = FramesOf(apart, 10);
-  const std::vector<Body> together = {{{40, 20, 30, 30}, 1, kRed}, {{70, 20, 30, 30}, 1, kBlue}};
-  for (int t = 1; t <= 8; ++t) {
-    const Scene scene = SceneAt(together, t);
-    frames.push_back({1.0 + 0.1 * t, scene.image, scene.flow});
-    numbers = tracker.Add(frames, frames.size() - 1, scene.mask);
-  }
-  EXPECT_NE(numbers(30, 55), 0);
-  EXPECT_NE(numbers(30, 100), 0);
-  EXPECT_NE(numbers(30, 55), numbers(30, 100));
 }
 
 TEST(MaskOf, FillsHolesAndKeepsUnsurePixelsStatic) {
