@@ -93,8 +93,8 @@ MEASUREMENTS = {
         boxes,
     ),
     "drives": (
-        "for s in street junction dashcam; do {program} synthesize --scenario=$s --seed=101 --frames=40 --out={out}/fresh/$s "
-        f"--overwrite --progress=none || exit 1; done; {EVALUATE} suite {{out}}/fresh --no-plots -q --out={{out}}/drives",
+        "rm -rf {out}/fresh; for s in street junction dashcam crossing overtaking stop_and_go; do for k in 101 102 103; do {program} synthesize "
+        f"--scenario=$s --seed=$k --frames=40 --out={{out}}/fresh/$s$k --progress=none || exit 1; done; done; {EVALUATE} suite {{out}}/fresh --no-plots -q --out={{out}}/drives",
         suite,
     ),
     "first_mask": ("rm -rf {out}/cows; {program} run {data}/davis/cows/frames --out={out}/cows", clock),
