@@ -211,7 +211,7 @@ std::vector<cv::Mat1w> RefineRun::NumberMovers(size_t begin, size_t end,
     const size_t seen = causal ? now + 1 : window_.size();
     while (tracked.size() < seen) {
       const vision::WindowFrame& frame = window_[tracked.size()];
-      tracked.push_back({frame.time_seconds, frame.small, frame.flow});
+      tracked.push_back({frame.time_seconds, frame.small, frame.flow, frame.errors});
     }
     if (begin + i == end) next_chunk = tracker_;
     vision::MoverTracker& tracker = begin + i < end ? tracker_ : next_chunk;

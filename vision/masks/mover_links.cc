@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
-#include "vision/masks/temporal_link.h"
 #include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
@@ -22,12 +21,13 @@ constexpr float kAgrees = 0.5f;
 constexpr int kEverySecond = 2;  // pixels; every second pixel suffices
 constexpr size_t kLeastSteps = 6;
 
-// The median of flow over the numbered pixels where it agrees with its return.
+// The median of flow over the pixels of each number where it agrees with its return. errors: of
+// ReturnErrors.
 std::map<uint16_t, cv::Point2d> MedianFlow(const cv::Mat1w& numbers, const cv::Mat& flow,
-                                           const cv::Mat& back) {
+                                           const cv::Mat1f& errors) {
   std::map<uint16_t, cv::Point2d> medians;
   if (flow.empty()) return medians;
-  const cv::Mat1f agreement = FlowAgreement(flow, back, 1.0);
+  const cv::Mat1f agreement = AgreementOf(errors, 1.0);
   std::map<uint16_t, std::pair<std::vector<double>, std::vector<double>>> steps;
   for (int y = 0; y < numbers.rows; y += kEverySecond) {
     for (int x = 0; x < numbers.cols; x += kEverySecond) {
@@ -77,11 +77,14 @@ SightedFrame SightingsOf(const std::vector<TrackedFrame>& frames, size_t now,
   }
   const double time = frames[now].time_seconds;
   std::map<uint16_t, cv::Point2d> arriving, leaving;
-  if (now > 0) {
-    arriving = MedianFlow(numbers, frames[now].flow.backward, frames[now].flow.forward);
+  const double since = now > 0 ? time - frames[now - 1].time_seconds : 0.0;
+  if (since > 0.0) {
+    arriving = MedianFlow(numbers, frames[now].flow.backward, frames[now].errors.backward);
   }
-  if (!causal && now + 1 < frames.size()) {
-    leaving = MedianFlow(numbers, frames[now + 1].flow.forward, frames[now + 1].flow.backward);
+  const bool sees_next = !causal && now + 1 < frames.size();
+  const double until = sees_next ? frames[now + 1].time_seconds - time : 0.0;
+  if (until > 0.0) {
+    leaving = MedianFlow(numbers, frames[now + 1].flow.forward, frames[now + 1].errors.forward);
   }
   std::vector<Sighting> sightings;
   for (auto& [number, sighting] : seen) {
@@ -90,10 +93,10 @@ SightedFrame SightingsOf(const std::vector<TrackedFrame>& frames, size_t now,
     sighting.centre /= sighting.pixels;
     for (double& share : sighting.colours) share /= sighting.pixels;
     if (arriving.count(number) > 0) {
-      sighting.arriving = (arriving[0] - arriving[number]) / (time - frames[now - 1].time_seconds);
+      sighting.arriving = (arriving[0] - arriving[number]) / since;
     }
     if (leaving.count(number) > 0) {
-      sighting.leaving = (leaving[number] - leaving[0]) / (frames[now + 1].time_seconds - time);
+      sighting.leaving = (leaving[number] - leaving[0]) / until;
     }
     sightings.push_back(sighting);
   }

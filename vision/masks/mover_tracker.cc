@@ -8,7 +8,6 @@
 
 #include "vision/masks/motion_split.h"
 #include "vision/masks/regions.h"
-#include "vision/masks/temporal_link.h"
 
 namespace egosieve::vision {
 namespace {
@@ -104,9 +103,11 @@ cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
     scene.step_seconds = frames[now].time_seconds - frames[now - 1].time_seconds;
     scene.pictures.before = frames[now - 1].image;
     scene.pictures.from_before = frames[now].flow;
+    scene.pictures.before_errors = frames[now].errors;
     if (now + 1 < frames.size() && !frames[now + 1].flow.forward.empty()) {
       scene.pictures.after = frames[now + 1].image;
       scene.pictures.to_after = frames[now + 1].flow;
+      scene.pictures.after_errors = frames[now + 1].errors;
     }
     numbers = AssignKnown(scene);
   }
@@ -120,7 +121,7 @@ cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
 
 cv::Mat1w MoverTracker::AssignKnown(const Scene& scene) const {
   const FlowPair& flow = scene.pictures.from_before;
-  const cv::Mat1f agreement = FlowAgreement(flow.forward, flow.backward, 1.0);
+  const cv::Mat1f agreement = AgreementOf(scene.pictures.before_errors.forward, 1.0);
   std::vector<KnownMover> known;
   for (const auto& [number, count] : CountNumbers(last_, last_ != 0)) {
     const Mover& mover = movers_.at(number);

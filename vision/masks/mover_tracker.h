@@ -28,6 +28,7 @@
 #include "vision/features/flow_grid.h"
 #include "vision/masks/moving_cells.h"
 #include "vision/masks/pixel_assignment.h"
+#include "vision/masks/temporal_link.h"
 
 namespace egosieve::vision {
 
@@ -38,7 +39,8 @@ inline constexpr double kLookSeconds = 0.5;
 struct TrackedFrame {
   double time_seconds = 0.0;
   cv::Mat3b image;
-  FlowPair flow;  // from the previous frame to this one; empty: none
+  FlowPair flow;        // from the previous frame to this one; empty: none
+  ReturnErrors errors;  // ReturnErrorsOf(flow)
 };
 
 class MoverTracker {

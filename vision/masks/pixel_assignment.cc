@@ -4,8 +4,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "vision/masks/temporal_link.h"
-
 namespace egosieve::vision {
 namespace {
 
@@ -143,11 +141,8 @@ cv::Mat1w AssignPixels(const AssignmentPictures& pictures, const cv::Mat1w& last
                        const std::vector<KnownMover>& movers, const AssignmentOptions& options) {
   const cv::Size size = pictures.mask.size();
   cv::Mat1w numbers = cv::Mat1w::zeros(size);
-  const FlowPair& past = pictures.from_before;
-  Sides sides{FlowAgreement(past.backward, past.forward, 1.0), {}};
-  if (!pictures.after.empty()) {
-    sides.after = FlowAgreement(pictures.to_after.forward, pictures.to_after.backward, 1.0);
-  }
+  Sides sides{AgreementOf(pictures.before_errors.backward, 1.0), {}};
+  if (!pictures.after.empty()) sides.after = AgreementOf(pictures.after_errors.forward, 1.0);
   cv::Mat1f inside, count;
   cv::Mat1b(pictures.mask != 0).convertTo(inside, CV_32F, 1.0 / 255.0);
   cv::boxFilter(inside, count, -1, {kSide, kSide}, {-1, -1}, false, cv::BORDER_CONSTANT);

@@ -26,6 +26,7 @@
 
 #include "vision/features/flow_grid.h"
 #include "vision/masks/mover_motion.h"
+#include "vision/masks/temporal_link.h"
 
 namespace egosieve::vision {
 
@@ -49,9 +50,10 @@ struct AssignmentOptions {
 
 // All of one size.
 struct AssignmentPictures {
-  cv::Mat3b before, now, after;  // after: may be empty
-  FlowPair from_before;          // from before to now
-  FlowPair to_after;             // empty where after is
+  cv::Mat3b before, now, after;              // after: may be empty
+  FlowPair from_before;                      // from before to now
+  FlowPair to_after;                         // empty where after is
+  ReturnErrors before_errors, after_errors;  // of these two
   cv::Mat1b mask;
 };
 

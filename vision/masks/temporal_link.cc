@@ -108,10 +108,6 @@ cv::Mat1f AgreementOf(const cv::Mat1f& errors, double tolerance_pixels) {
   return agreement;
 }
 
-cv::Mat1f FlowAgreement(const cv::Mat& from, const cv::Mat& back, double tolerance_pixels) {
-  return AgreementOf(ReturnError(from, back), tolerance_pixels);
-}
-
 ReturnErrors ReturnErrorsOf(const FlowPair& flow) {
   if (flow.forward.empty()) return {};
   return {ReturnError(flow.forward, flow.backward), ReturnError(flow.backward, flow.forward)};

@@ -50,9 +50,6 @@ ReturnErrors ReturnErrorsOf(const FlowPair& flow);
 // k above, from squared errors of ReturnErrors.
 cv::Mat1f AgreementOf(const cv::Mat1f& errors, double tolerance_pixels);
 
-// k above at each pixel of the picture in which `from` starts: agreement of flow with its return.
-cv::Mat1f FlowAgreement(const cv::Mat& from, const cv::Mat& back, double tolerance_pixels);
-
 // Samples values at x + flow(x); outside the image, at the nearest border pixel.
 cv::Mat WarpByFlow(const cv::Mat& values, const cv::Mat& flow, int interpolation);
 

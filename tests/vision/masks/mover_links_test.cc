@@ -142,6 +142,7 @@ TEST(SightingsOf, MeasuresAgainstTheStaticScene) {
       frame.flow.forward(body).setTo(cv::Scalar(5.0, 1.0));
       frame.flow.backward(body + cv::Point(5, 1)).setTo(cv::Scalar(-5.0, -1.0));
     }
+    frame.errors = ReturnErrorsOf(frame.flow);
     frames.push_back(frame);
   }
   cv::Mat1w numbers = cv::Mat1w::zeros(size);
@@ -161,6 +162,8 @@ TEST(SightingsOf, MeasuresAgainstTheStaticScene) {
   const SightedFrame second = SightingsOf(frames, 1, numbers, true);
   EXPECT_EQ(second.shift, cv::Point2d(2.0, 1.0));
   EXPECT_EQ(second.sightings[0].arriving.value(), cv::Point2d(6.0, 0.0));
+  frames[0].time_seconds = frames[1].time_seconds;  // tells no speed
+  EXPECT_FALSE(SightingsOf(frames, 1, numbers, true).sightings[0].arriving.has_value());
 }
 
 }  // namespace

@@ -52,7 +52,8 @@ std::vector<TrackedFrame> FramesOf(const std::vector<Body>& bodies, int last) {
   std::vector<TrackedFrame> frames;
   for (int t = 0; t <= last; ++t) {
     const Scene scene = SceneAt(bodies, t);
-    frames.push_back({0.1 * t, scene.image, t > 0 ? scene.flow : FlowPair()});
+    const FlowPair flow = t > 0 ? scene.flow : FlowPair();
+    frames.push_back({0.1 * t, scene.image, flow, ReturnErrorsOf(flow)});
   }
   return frames;
 }
@@ -95,7 +96,7 @@ TEST(MoverTracker, AMoverThatAppearsBesideAnotherIsNew) {
   Scene scene = SceneAt(bodies, 1);
   scene.mask(cv::Rect(80, 25, 20, 10)) = 255;
   std::vector<TrackedFrame> frames = FramesOf(second_hidden, 0);
-  frames.push_back({0.1, scene.image, scene.flow});
+  frames.push_back({0.1, scene.image, scene.flow, ReturnErrorsOf(scene.flow)});
   numbers = tracker.Add(frames, 1, scene.mask);
   EXPECT_EQ(numbers(30, 70), red);
   EXPECT_NE(numbers(30, 110), red);
@@ -116,7 +117,7 @@ TEST(MoverTracker, SpecksAreNoMovers) {
   MoverTracker tracker;
   cv::Mat1b mask = cv::Mat1b::zeros(kSize);
   mask(cv::Rect(5, 5, 4, 4)) = 255;
-  const std::vector<TrackedFrame> frames = {{0.0, cv::Mat3b(kSize, cv::Vec3b()), {}}};
+  const std::vector<TrackedFrame> frames = {{0.0, cv::Mat3b(kSize, cv::Vec3b()), {}, {}}};
   EXPECT_EQ(cv::countNonZero(tracker.Add(frames, 0, mask)), 0);
 }
 
@@ -225,6 +226,7 @@ TEST(AssignPixels, PicturesTellWhoseAPixelIsWhereFlowSaysNothing) {
   AssignmentPictures pictures{.before = PictureAt(0, &last),
                               .now = PictureAt(1, &truth),
                               .from_before = NoFlow(),
+                              .before_errors = ReturnErrorsOf(NoFlow()),
                               .mask = truth != 0};
   const ColourShares colours = {};
   const std::vector<KnownMover> movers = {Moving(1, kBackStep, colours),
@@ -235,6 +237,7 @@ TEST(AssignPixels, PicturesTellWhoseAPixelIsWhereFlowSaysNothing) {
   EXPECT_GT(without, 0.8);
   pictures.after = PictureAt(2, &later);
   pictures.to_after = NoFlow();
+  pictures.after_errors = ReturnErrorsOf(NoFlow());
   const double with = ShareRight(AssignPixels(pictures, last, movers), truth);
   EXPECT_GT(with, 0.95);
   EXPECT_GT(with, without);
@@ -250,6 +253,7 @@ TEST(AssignPixels, LeavesPixelsThatNoMoverExplains) {
                           cv::Mat(kPicture, CV_32FC2, cv::Scalar(-kBackStep, 0.0))};
   pictures.from_before.backward(new_body).setTo(cv::Scalar(8.0, 0.0));
   pictures.from_before.forward.colRange(112, 120).setTo(cv::Scalar(-8.0, 0.0));
+  pictures.before_errors = ReturnErrorsOf(pictures.from_before);
   pictures.mask = (truth != 0);
   pictures.mask(new_body) = 255;
   const ColourShares colours = {};
