@@ -62,12 +62,8 @@ absl::Status CheckLabelledPoints(ConstMatrixView<T> inputs, absl::Span<const dou
 
 template <typename T>
 absl::Status Check(ConstMatrixView<T> inputs, absl::Span<const double> labels,
-                   const DensityFilterOptions& options, absl::Span<const int64_t> order,
-                   absl::Span<const uint8_t> tells) {
+                   const DensityFilterOptions& options, absl::Span<const int64_t> order) {
   EGOSIEVE_RETURN_IF_ERROR(CheckLabelledPoints(inputs, labels, options.radius));
-  if (!tells.empty() && tells.size() != labels.size()) {
-    return absl::InvalidArgumentError("tells has another size than labels");
-  }
   if (order.empty()) return absl::OkStatus();
   std::vector<bool> seen(labels.size(), false);
   for (const int64_t i : order) {
@@ -80,21 +76,17 @@ absl::Status Check(ConstMatrixView<T> inputs, absl::Span<const double> labels,
   return absl::OkStatus();
 }
 
-bool Tells(absl::Span<const uint8_t> tells, size_t i) { return tells.empty() || tells[i] != 0; }
-
-// Drops the rows that the tree finds around row i, if they are of i's side or tell nothing. An
-// earlier kept point that is close, and of the same side if i tells something, would have dropped
-// i, so all these rows come later in the order.
+// Drops the rows of row i's side that the tree finds around it. An earlier kept point of that side
+// would have dropped i, so all these rows come later in the order.
 class Dropper {
  public:
   using DistanceType = double;
-  Dropper(absl::Span<const double> labels, absl::Span<const uint8_t> tells, double squared_radius,
-          std::vector<bool>& dropped)
-      : labels_(labels), tells_(tells), squared_radius_(squared_radius), dropped_(dropped) {}
+  Dropper(absl::Span<const double> labels, double squared_radius, std::vector<bool>& dropped)
+      : labels_(labels), squared_radius_(squared_radius), dropped_(dropped) {}
   void StartAt(int64_t i) { i_ = i; }
   bool addPoint(double squared_distance, size_t j) {
     if (squared_distance < squared_radius_ && static_cast<int64_t>(j) != i_ &&
-        (!Tells(tells_, j) || (labels_[j] >= 0.5) == (labels_[i_] >= 0.5))) {
+        (labels_[j] >= 0.5) == (labels_[i_] >= 0.5)) {
       dropped_[j] = true;
     }
     return true;
@@ -105,7 +97,6 @@ class Dropper {
 
  private:
   absl::Span<const double> labels_;
-  absl::Span<const uint8_t> tells_;
   double squared_radius_;
   std::vector<bool>& dropped_;
   int64_t i_ = 0;
@@ -115,22 +106,19 @@ template <typename T>
 absl::StatusOr<std::vector<int64_t>> Filter(ConstMatrixView<T> inputs,
                                             absl::Span<const double> labels,
                                             const DensityFilterOptions& options,
-                                            absl::Span<const int64_t> order,
-                                            absl::Span<const uint8_t> tells) {
-  EGOSIEVE_RETURN_IF_ERROR(Check(inputs, labels, options, order, tells));
+                                            absl::Span<const int64_t> order) {
+  EGOSIEVE_RETURN_IF_ERROR(Check(inputs, labels, options, order));
   const int64_t n = inputs.rows;
   std::vector<int64_t> sequence(order.begin(), order.end());
   if (order.empty()) {
     sequence.resize(n);
     std::iota(sequence.begin(), sequence.end(), int64_t{0});
   }
-  std::stable_partition(sequence.begin(), sequence.end(),
-                        [&](int64_t i) { return Tells(tells, i); });
   std::vector<bool> dropped(n, false);
   if (options.radius > 0.0 && n > 1) {
     const PointCloud<T> cloud{inputs};
     const PointTree<T> tree(inputs.cols, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-    Dropper dropper(labels, tells, options.radius * options.radius, dropped);
+    Dropper dropper(labels, options.radius * options.radius, dropped);
     std::vector<double> query(inputs.cols);
     for (const int64_t i : sequence) {
       if (dropped[i]) continue;
@@ -151,17 +139,15 @@ absl::StatusOr<std::vector<int64_t>> Filter(ConstMatrixView<T> inputs,
 absl::StatusOr<std::vector<int64_t>> FilterByDensity(ConstMatrixView<double> inputs,
                                                      absl::Span<const double> labels,
                                                      const DensityFilterOptions& options,
-                                                     absl::Span<const int64_t> order,
-                                                     absl::Span<const uint8_t> tells) {
-  return Filter(inputs, labels, options, order, tells);
+                                                     absl::Span<const int64_t> order) {
+  return Filter(inputs, labels, options, order);
 }
 
 absl::StatusOr<std::vector<int64_t>> FilterByDensity(ConstMatrixView<float> inputs,
                                                      absl::Span<const double> labels,
                                                      const DensityFilterOptions& options,
-                                                     absl::Span<const int64_t> order,
-                                                     absl::Span<const uint8_t> tells) {
-  return Filter(inputs, labels, options, order, tells);
+                                                     absl::Span<const int64_t> order) {
+  return Filter(inputs, labels, options, order);
 }
 
 }  // namespace egosieve::gp

@@ -2,12 +2,11 @@
 //
 //   A point is dropped if an earlier kept point is closer than r and has its label on the same
 //   side of 1/2.                                                                         (DEN1)
-//   Points that tell nothing come last and are of no side: any kept point drops them.    (DEN2)
 //
 // Points are taken in the caller's order of preference, which decides which point of a cluster
-// stays (for a model, for example, the newest). Every dropped point has a kept point within r, of
-// its side if it tells something; kept points of one side are at least r apart. Neighbours come
-// from a k-d tree: about n log n for moderate r.
+// stays (for a model, for example, the newest). Every dropped point has a kept point of its side
+// within r; kept points of one side are at least r apart. Neighbours come from a k-d tree: about
+// n log n for moderate r.
 #pragma once
 
 #include <cstdint>
@@ -24,17 +23,15 @@ struct DensityFilterOptions {
 };
 
 // inputs: N x D; labels: N, in [0, 1]; order: a permutation of 0..N-1, first is preferred; empty:
-// the order of the rows; tells: N, 0 where a point tells nothing; empty: all tell something.
-// Returns the kept rows, increasing. InvalidArgument for NaN, wrong sizes or r < 0.
+// the order of the rows. Returns the kept rows, increasing. InvalidArgument for NaN, wrong sizes or
+// r < 0.
 absl::StatusOr<std::vector<int64_t>> FilterByDensity(kernels::ConstMatrixView<double> inputs,
                                                      absl::Span<const double> labels,
                                                      const DensityFilterOptions& options,
-                                                     absl::Span<const int64_t> order = {},
-                                                     absl::Span<const uint8_t> tells = {});
+                                                     absl::Span<const int64_t> order = {});
 absl::StatusOr<std::vector<int64_t>> FilterByDensity(kernels::ConstMatrixView<float> inputs,
                                                      absl::Span<const double> labels,
                                                      const DensityFilterOptions& options,
-                                                     absl::Span<const int64_t> order = {},
-                                                     absl::Span<const uint8_t> tells = {});
+                                                     absl::Span<const int64_t> order = {});
 
 }  // namespace egosieve::gp

@@ -73,7 +73,6 @@ void ToPixelsOfFrame(const ExtractedFrame& frame, const LensCorrection* lens,
   keep(labels.probability, 1);
   keep(labels.residual_pixels, 1);
   keep(labels.decided_by, 1);
-  keep(labels.tells, 1);
 }
 
 absl::Status CheckOrder(const ExtractedFrame* last, const ExtractedFrame& frame) {

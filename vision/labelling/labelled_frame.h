@@ -51,9 +51,6 @@ struct LabelledFrame {
   std::vector<double> residual_pixels;  // N, distance to the motion model; 0 without other position
   // N, the term that contributes most in the direction of the probability.
   std::vector<EvidenceTerm> decided_by;
-  // N, false where no evidence of at least kLeastEvidence stands behind the probability, which then
-  // is the share of movers. Empty: all labels tell something.
-  std::vector<uint8_t> tells;
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels

@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <opencv2/imgproc.hpp>
 #include <utility>
 #include <vector>
 
@@ -16,6 +14,7 @@
 #include "vision/geometry/pinhole.h"
 #include "vision/geometry/residual.h"
 #include "vision/image/inside.h"
+#include "vision/labelling/among_movers.h"
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
@@ -71,15 +70,12 @@ CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& poin
 }
 
 // Fills in the places of a labelled frame and their probabilities from evidence along tracks
-// (vision/evidence/fusion.h). Places outside of the picture and places without a probability are
-// counted as discarded.
-
-// evidence: one per point. Without evidence a label tells nothing, but for a vehicle's camera: what
-// is blank there is mostly road. Nodes of the flow grid in options.ignored are labelled static.
+// (vision/evidence/fusion.h). Nodes of the flow grid in options.ignored are labelled static. Counted
+// as discarded are places outside of the picture, places without a probability, and those that tell
+// nothing among movers (among_movers.h). evidence: one per point.
 void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint>& points,
                      const MotionModel& model, const EvidenceResult& evidence,
-                     const FrameLabellerOptions& options, bool is_of_vehicle,
-                     LabelledFrame& result) {
+                     const FrameLabellerOptions& options, LabelledFrame& result) {
   // A distance to a line checks one direction of two: a single place may pass by chance.
   const bool needs_support = model.kind == MotionModelKind::kFundamental;
   const auto add = [&](cv::Point2f now, cv::Point2f before, double probability, EvidenceTerm by) {
@@ -92,13 +88,24 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
     result.residual_pixels.push_back(
         paired ? Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0] : 0.0);
     result.decided_by.push_back(by);
-    if (!is_of_vehicle) result.tells.push_back(Tells(probability, evidence.mover_share));
   };
+  const auto is_judged = [&](size_t i) {
+    const cv::Point2f now = points[i].evidence.now;
+    return evidence.points[i].judged && (!needs_support || points[i].is_supported) &&
+           IsInside(now.x, now.y, frame.grey.size());
+  };
+  std::vector<cv::Point2f> moving;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const bool moves = is_judged(i) && evidence.points[i].probability > 0.5;
+    if (moves) moving.push_back(points[i].evidence.now);
+  }
+  const int stride = options.flow_stride_pixels;
+  const AmongMovers among_movers(moving, frame.grey.size(), stride);
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
     const cv::Point2f now = points[i].evidence.now;
-    if (!point.judged || (needs_support && !points[i].is_supported) ||
-        !IsInside(now.x, now.y, frame.grey.size())) {
+    if (!is_judged(i) ||
+        (!Tells(point.probability, evidence.mover_share) && among_movers.Has(now))) {
       ++result.discarded_count;
       continue;
     }
@@ -107,7 +114,6 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   for (const GuidedPlace& place : evidence.standing) {
     add(place.now, place.before, evidence.standing_probability, EvidenceTerm::kEpipolar);
   }
-  const int stride = options.flow_stride_pixels;
   for (int y = stride / 2; y < frame.grey.rows && !options.ignored.empty(); y += stride) {
     for (int x = stride / 2; x < frame.grey.cols; x += stride) {
       if (!IsIgnored(options.ignored, frame.grey.size(), x, y)) continue;
@@ -242,7 +248,7 @@ absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pi
   result.second_index = view.frame->frame.index;
   RecordMotion(ModelOf(view.motion, Camera(frame.grey.size()), 0), result);
   result.reason.clear();
-  LabelByEvidence(frame, points, MotionModel(), evidence, options_, travel().IsOfVehicle(), result);
+  LabelByEvidence(frame, points, MotionModel(), evidence, options_, result);
   result.static_share = view.motion.static_share;
   result.times.labelling_milliseconds += watch.LapMilliseconds();
   return absl::OkStatus();
@@ -373,7 +379,7 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   }
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();
-    LabelByEvidence(frame, points, model, evidence, options_, travel().IsOfVehicle(), result);
+    LabelByEvidence(frame, points, model, evidence, options_, result);
   }
   if (const View& view = outlook.longest(); view.frame != nullptr || world.found) {
     result.static_share = (view.frame != nullptr ? view.motion : world).static_share;

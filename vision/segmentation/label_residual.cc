@@ -30,16 +30,14 @@ int CellOf(int pixel, int cells) {
 
 LabelResidual::LabelResidual(int64_t frame_index, cv::Size size,
                              kernels::ConstMatrixView<double> positions,
-                             absl::Span<const double> labels, absl::Span<const float> own,
-                             absl::Span<const uint8_t> tells) {
+                             absl::Span<const double> labels, absl::Span<const float> own) {
   if (positions.rows == 0) return;
   frame_index_ = frame_index;
   grid_ = kernels::ImageGrid{size.width, size.height, kStridePixels};
   std::vector<double> residuals;
   residuals.reserve(labels.size());
   for (size_t i = 0; i < labels.size(); ++i) {
-    const bool is_told = tells.empty() || tells[i] != 0;
-    residuals.push_back(is_told ? Logit(labels[i]) - Logit(own[i]) : 0.0);
+    residuals.push_back(Logit(labels[i]) - Logit(own[i]));
   }
   std::vector<float> spread = SpreadToGrid(positions, residuals, grid_);
   cv::Mat1f smoothed(grid_.rows(), grid_.columns());

@@ -6,7 +6,7 @@
 //
 //   r_i = logit(p_i) - logit(q_i),   both from 0.01 to 0.99                                 (LR1)
 //
-// but 0 where the label tells nothing (fusion.h), and the log odds of each pixel of that frame are increased by
+// and the log odds of each pixel of that frame are increased by
 //
 //   w m,   m = median of r over the 3 x 3 cells around it                                   (LR2)
 //
@@ -37,10 +37,9 @@ class LabelResidual {
   LabelResidual() = default;  // of no frame: changes no map
 
   // For frame `frame_index` of `size` pixels. positions: N x 2, pixels; labels, own: N, p and q of
-  // (LR1), in [0, 1]; tells: N, 0 where a label tells nothing; empty: all do. Without places it changes no map.
+  // (LR1), in [0, 1]. Without places it changes no map.
   LabelResidual(int64_t frame_index, cv::Size size, kernels::ConstMatrixView<double> positions,
-                absl::Span<const double> labels, absl::Span<const float> own,
-                absl::Span<const uint8_t> tells = {});
+                absl::Span<const double> labels, absl::Span<const float> own);
 
   // Applies (LR2) to the map's probability if the map is of the same frame and size.
   void Apply(double weight, SegmentationMap& map) const;

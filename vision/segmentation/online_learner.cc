@@ -117,14 +117,13 @@ OnlineLearner::OnlineLearner(LearnerModel model, gp::HyperparameterTrainer train
       zero_label_(options.zero_label) {}
 
 absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
-                                  absl::Span<const double> labels, absl::Span<const uint8_t> tells,
-                                  int64_t frame_index, FrameRecord& record) {
+                                  absl::Span<const double> labels, int64_t frame_index,
+                                  FrameRecord& record) {
   record.selection.candidates = inputs.rows;
   std::vector<int64_t> taken;
   {
     StageTimer timer(record.milliseconds.selection);
-    EGOSIEVE_RETURN_IF_ERROR(
-        UpdatePoints(inputs, labels, tells, frame_index, taken, record.selection));
+    EGOSIEVE_RETURN_IF_ERROR(UpdatePoints(inputs, labels, frame_index, taken, record.selection));
     if (options_.scales_to_mean_zero) EGOSIEVE_RETURN_IF_ERROR(ScaleToMeanZero());
   }
   {
@@ -134,17 +133,16 @@ absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
   {
     StageTimer timer(record.milliseconds.calibration);
     EGOSIEVE_RETURN_IF_ERROR(options_.calibrates_to_frame
-                                 ? CalibrateToFrame(inputs, labels, tells, taken, frame_index)
+                                 ? CalibrateToFrame(inputs, labels, taken, frame_index)
                                  : Calibrate());
   }
   return absl::OkStatus();
 }
 
 absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
-                                         absl::Span<const double> labels,
-                                         absl::Span<const uint8_t> tells, int64_t frame_index,
+                                         absl::Span<const double> labels, int64_t frame_index,
                                          std::vector<int64_t>& selected, SelectionCounts& counts) {
-  EGOSIEVE_ASSIGN_OR_RETURN(selected, SelectNewPoints(inputs, labels, tells, counts));
+  EGOSIEVE_ASSIGN_OR_RETURN(selected, SelectNewPoints(inputs, labels, counts));
   counts.added = static_cast<int64_t>(selected.size());
   LimitArrivals(labels, frame_index, selected);
   counts.dropped_by_budget = counts.added - static_cast<int64_t>(selected.size());
@@ -213,10 +211,9 @@ std::vector<double> OnlineLearner::LabelsOf(absl::Span<const double> targets) co
 
 absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
     kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-    absl::Span<const uint8_t> tells, SelectionCounts& counts) const {
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      std::vector<int64_t> selected,
-      gp::FilterByDensity(inputs, labels, options_.new_point_density, {}, tells));
+    SelectionCounts& counts) const {
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> selected,
+                            gp::FilterByDensity(inputs, labels, options_.new_point_density));
   counts.dropped_by_density = inputs.rows - static_cast<int64_t>(selected.size());
   if (!options_.novelty_filter || model_.size() == 0) {
     return selected;
@@ -314,13 +311,11 @@ absl::Status OnlineLearner::Calibrate() {
 
 absl::Status OnlineLearner::CalibrateToFrame(kernels::ConstMatrixView<float> inputs,
                                              absl::Span<const double> labels,
-                                             absl::Span<const uint8_t> tells,
                                              absl::Span<const int64_t> taken, int64_t frame_index) {
   constexpr int64_t kFewestLeft = 100;
   std::vector<int64_t> sorted(taken.begin(), taken.end());
   std::sort(sorted.begin(), sorted.end());
-  std::vector<int64_t> left = Complement(inputs.rows, sorted);
-  if (!tells.empty()) std::erase_if(left, [&](int64_t row) { return tells[row] == 0; });
+  const std::vector<int64_t> left = Complement(inputs.rows, sorted);
   if (model_.size() < 2) return absl::OkStatus();
   if (static_cast<int64_t>(left.size()) < kFewestLeft) return Calibrate();
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const gp::Posterior> posterior,

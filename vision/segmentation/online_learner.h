@@ -1,6 +1,6 @@
 // Updates the Gaussian process with a frame's labels (paper, section IV):
 //
-//   1. density       thin the new points, first those whose label tells nothing     IV-E, 1
+//   1. density       thin the new points                                            IV-E, 1
 //   2. novelty       keep those that the model gets wrong (all while it is empty)   IV-E, 2
 //      add           the factor grows                                               IV-D
 //   3. consistency   drop model points that are still classified wrongly; not by default  IV-E, 3
@@ -11,7 +11,7 @@
 //   6. training      annealing at first, then a few gradient steps                  IV-B
 //   7. calibration   a, b by leave-one-out on a stratified sample                   IV-C
 //                    or, by default, at places of the frame that the model does not
-//                    hold and whose label tells something (frame_calibration.h)
+//                    hold (frame_calibration.h)
 //
 // A label p becomes the target
 //
@@ -86,11 +86,11 @@ class OnlineLearner {
       std::shared_ptr<kernels::Context> context, int64_t input_dimension,
       const OnlineLearnerOptions& options);
 
-  // Steps 1 to 7. inputs: N x D; labels: N, in [0, 1]; tells: N, 0 where a label tells nothing;
-  // empty: all tell something. Fills the record's fields on selection, model, theta, calibration
-  // and their times. After an error the model is valid, but some of the steps may have been taken.
+  // Steps 1 to 7. inputs: N x D; labels: N, in [0, 1]. Fills the record's fields on selection,
+  // model, theta, calibration and their times. After an error the model is valid, but some of the
+  // steps may have been taken.
   absl::Status Learn(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                     absl::Span<const uint8_t> tells, int64_t frame_index, FrameRecord& record);
+                     int64_t frame_index, FrameRecord& record);
 
   // The fields of the record that describe the present model.
   void Describe(FrameRecord& record) const;
@@ -123,11 +123,10 @@ class OnlineLearner {
 
   absl::StatusOr<std::vector<int64_t>> SelectNewPoints(kernels::ConstMatrixView<float> inputs,
                                                        absl::Span<const double> labels,
-                                                       absl::Span<const uint8_t> tells,
                                                        SelectionCounts& counts) const;
   absl::Status UpdatePoints(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                            absl::Span<const uint8_t> tells, int64_t frame_index,
-                            std::vector<int64_t>& selected, SelectionCounts& counts);
+                            int64_t frame_index, std::vector<int64_t>& selected,
+                            SelectionCounts& counts);
   void LimitArrivals(absl::Span<const double> labels, int64_t frame_index,
                      std::vector<int64_t>& selected) const;
   absl::Status Add(const Points& points, int64_t frame_index);
@@ -140,8 +139,8 @@ class OnlineLearner {
   absl::Status Train(FrameRecord& record);
   absl::Status Calibrate();
   absl::Status CalibrateToFrame(kernels::ConstMatrixView<float> inputs,
-                                absl::Span<const double> labels, absl::Span<const uint8_t> tells,
-                                absl::Span<const int64_t> taken, int64_t frame_index);
+                                absl::Span<const double> labels, absl::Span<const int64_t> taken,
+                                int64_t frame_index);
 
   OnlineLearnerOptions options_;
   LearnerModel model_;

@@ -200,8 +200,7 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
     residual_ = LabelResidual();
     const kernels::ConstMatrixView<float> places(inputs.data(), labels.size(),
                                                  kDescriptorDimension);
-    const absl::Status status =
-        learner_->Learn(places, labels.probability, labels.tells, frame.index, record);
+    const absl::Status status = learner_->Learn(places, labels.probability, frame.index, record);
     // What the data cause, such as a matrix that is not positive definite, costs the frame alone;
     // what the computer or its driver causes ends the run.
     if (!status.ok() && !absl::IsFailedPrecondition(status) && !absl::IsInvalidArgument(status)) {
@@ -233,7 +232,7 @@ absl::Status OnlineSegmenter::TakeResidual(const LabelledFrame& labels,
   outputs.probability = own.data();
   EGOSIEVE_RETURN_IF_ERROR(process_->Evaluate(places, outputs).status());
   residual_ = LabelResidual(labels.labelled.index, labels.labelled.image.size(),
-                            labels.positions_view(), labels.probability, own, labels.tells);
+                            labels.positions_view(), labels.probability, own);
   return absl::OkStatus();
 }
 

@@ -47,33 +47,6 @@ TEST(DensityFilter, FollowsItsDefinition) {
   }
 }
 
-// (DEN2)
-TEST(DensityFilter, PointsThatTellNothingYieldToBothSides) {
-  auto generator = TestGenerator();
-  const double radius = 0.2;
-  const LabelledPoints points = NoisyBlobs(600, 3, generator);
-  std::vector<uint8_t> tells(600, 1);
-  for (size_t i = 0; i < tells.size(); i += 3) tells[i] = 0;
-  const auto kept =
-      Value(FilterByDensity(ViewOf(points.inputs), points.labels, {radius}, {}, tells));
-  // Those that tell something are thinned as without the others.
-  std::vector<int64_t> telling, silent;
-  for (int64_t i = 0; i < 600; ++i) (tells[i] != 0 ? telling : silent).push_back(i);
-  std::vector<int64_t> expected = Definition(points.inputs, points.labels, radius, telling);
-  for (const int64_t i : silent) {
-    if (std::none_of(expected.begin(), expected.end(), [&](int64_t j) {
-          return (points.inputs.row(i) - points.inputs.row(j)).squaredNorm() < radius * radius;
-        })) {
-      expected.push_back(i);
-    }
-  }
-  std::sort(expected.begin(), expected.end());
-  EXPECT_EQ(kept, expected);
-  EXPECT_TRUE(std::any_of(kept.begin(), kept.end(), [&](int64_t i) { return tells[i] == 0; }));
-  tells.pop_back();
-  EXPECT_FALSE(FilterByDensity(ViewOf(points.inputs), points.labels, {radius}, {}, tells).ok());
-}
-
 TEST(DensityFilter, SingleAndDoublePrecisionAgree) {
   auto generator = TestGenerator();
   LabelledPoints points = NoisyBlobs(500, 6, generator);

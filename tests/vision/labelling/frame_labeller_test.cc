@@ -30,6 +30,37 @@ TEST(FrameLabeller, MoverStandsOut) {
   }
 }
 
+// among_movers.h
+TEST(FrameLabeller, WhatIsBlankWithinAMoverHasNoLabelAndWhatIsBlankInTheWallHas) {
+  const auto blank = [](const cv::Point& corner) { return cv::Rect(corner, cv::Size(40, 40)); };
+  for (const FrameLabellerOptions& options : EveryKindOfOptions()) {
+    if (options.is_paper) continue;
+    SCOPED_TRACE(options.focal_ratio);
+    auto labeller = MakeLabeller(options);
+    LabelledFrame labelled;
+    cv::Rect of_square, of_wall;
+    for (int t = 0; t < 2; ++t) {
+      Frame frame = WallFrame(t);
+      of_square = blank({40 + 4 * t, 60});
+      of_wall = blank({160 - 3 * t, 60});
+      for (const cv::Rect& part : {of_square, of_wall}) frame.image(part).setTo(128);
+      labelled = Value(labeller->Process(frame));
+    }
+    ASSERT_EQ(labelled.outcome, LabelOutcome::kLabelled) << labelled.reason;
+    const auto labels_deep_in = [&](const cv::Rect& part) {
+      const cv::Rect core(part.tl() + cv::Point(10, 10), cv::Size(20, 20));
+      int count = 0;
+      for (int64_t i = 0; i < labelled.size(); ++i) {
+        count += core.contains(
+            cv::Point(cvFloor(labelled.positions[2 * i]), cvFloor(labelled.positions[2 * i + 1])));
+      }
+      return count;
+    };
+    EXPECT_EQ(labels_deep_in(of_square), 0);
+    EXPECT_GT(labels_deep_in(of_wall), 10);
+  }
+}
+
 TEST(FrameLabeller, PaperLabelsTheFirstFrameAndDiscardsBeyondItsDistance) {
   const FrameLabellerOptions options = FrameLabellerOptions::Paper();
   auto labeller = MakeLabeller(options);

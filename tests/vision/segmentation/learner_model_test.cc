@@ -162,7 +162,7 @@ void LearnStreet(int frame, OnlineLearner& learner) {
   FrameRecord record;
   EXPECT_EQ(
       learner.Learn(kernels::ConstMatrixView<float>(street.inputs.data(), street.size(), kInputs),
-                    street.labels, {}, frame, record),
+                    street.labels, frame, record),
       absl::OkStatus());
 }
 
@@ -233,35 +233,6 @@ TEST(OnlineLearner, TheFirstFrameFillsTheBudget) {
     for (const int64_t birth : learner->model().birth_frames()) arrived += birth == frame;
     EXPECT_EQ(arrived, frame == 1 ? 500 : 100);
   }
-}
-
-// A mover of one colour, of which two thirds are blank and have the share of movers as their label.
-TEST(OnlineLearner, BlankPartsOfAMoverMoveWithIt) {
-  constexpr int kColumns = 20, kRows = 15;
-  Street street(1);
-  for (int64_t i = 0; i < street.size(); ++i) street.labels[i] = 0.03;
-  std::vector<uint8_t> tells(street.size(), 1);
-  const int64_t begin = street.size();
-  for (int k = 0; k < kColumns * kRows; ++k) {
-    street.inputs.insert(street.inputs.end(),
-                         {-0.4f + 0.01f * (k % kColumns), 0.3f + 0.01f * (k / kColumns)});
-    street.inputs.insert(street.inputs.end(), 4, 0.65f);
-    street.labels.push_back(k % 3 == 0 ? 0.99 : 0.1);
-    tells.push_back(k % 3 == 0);
-  }
-  const kernels::ConstMatrixView<float> inputs(street.inputs.data(), street.size(), kInputs);
-  const auto mean_within = [&](absl::Span<const uint8_t> told) {
-    const auto learner = MakeLearner(OnlineSegmenterOptions::Default().learner);
-    FrameRecord record;
-    EXPECT_EQ(learner->Learn(inputs, street.labels, told, 1, record), absl::OkStatus());
-    std::vector<float> probability(street.size());
-    const kernels::PosteriorOutputs outputs{.probability = probability.data()};
-    EXPECT_TRUE(Value(learner->MakePosterior())->Evaluate(inputs, outputs).ok());
-    return std::accumulate(probability.begin() + begin, probability.end(), 0.0) /
-           (kColumns * kRows);
-  };
-  EXPECT_GT(mean_within(tells), 0.8);
-  EXPECT_LT(mean_within({}), 0.6);
 }
 
 TEST(OnlineLearner, TheZeroLabelIsChecked) {

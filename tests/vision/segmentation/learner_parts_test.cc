@@ -77,18 +77,6 @@ TEST(LabelResidual, ALabelThatItsNeighboursDoNotShareChangesNothing) {
   EXPECT_GT(At(map, 65 / 5, 30 / 5), 0.9f);
 }
 
-TEST(LabelResidual, ALabelThatTellsNothingLeavesTheProcess) {
-  const std::vector<double> positions = {10.0, 30.0, 90.0, 30.0}, labels = {0.1, 0.1};
-  const std::vector<float> own = {0.8f, 0.8f};
-  const std::vector<uint8_t> tells = {0, 1};
-  const LabelResidual residual(7, cv::Size(kWidth, kHeight), {positions.data(), 2, 2}, labels, own,
-                               tells);
-  SegmentationMap map = FlatMap(7, 5, 0.8f);
-  residual.Apply(1.0, map);
-  EXPECT_NEAR(At(map, 0, 0), 0.8f, 1e-6f);
-  EXPECT_LT(At(map, map.grid.columns() - 1, 0), 0.2f);
-}
-
 TEST(LabelResidual, TheWholeWeightGivesTheLabelAndNoneTheProcess) {
   const LabelResidual residual = TwoPlaces(7, {0.95, 0.05}, {0.1f, 0.6f});
   SegmentationMap all = FlatMap(7, 5, 0.1f), none = FlatMap(7, 5, 0.1f);
