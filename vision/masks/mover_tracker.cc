@@ -30,7 +30,8 @@ constexpr size_t kLeastPlaces = 6;
 // where it turns or approaches.
 constexpr double kJoins = 0.4;
 constexpr double kColourDistance = 0.45;  // Bhattacharyya's, between a part and what it joins
-constexpr double kColourWeight = 0.2;     // of a new frame in a mover's colours
+// Of a new frame in a mover's speed and colours.
+constexpr double kSpeedWeight = 0.5, kColourWeight = 0.2;
 
 // The links from `now` onwards, or else backwards from it, that end within `seconds`.
 std::vector<FlowPair> LinksFrom(const std::vector<TrackedFrame>& frames, size_t now,
@@ -81,23 +82,10 @@ MoverMotion MotionIn(const cv::Mat1b& region, const cv::Mat& flow, const cv::Mat
   return FitMotion(places, steps, kMotionScale);
 }
 
-ColourShares ColoursIn(const cv::Mat3b& image, const cv::Mat1b& region) {
-  ColourShares colours = {};
-  double pixels = 0.0;
-  for (int y = 0; y < region.rows; ++y) {
-    for (int x = 0; x < region.cols; ++x) {
-      if (region(y, x) == 0) continue;
-      ++pixels;
-      ++colours[ColourOf(image(y, x))];
-    }
-  }
-  for (double& share : colours) share /= std::max(pixels, 1.0);
-  return colours;
-}
-
 }  // namespace
 
 struct MoverTracker::Scene {
+  double step_seconds = 0.0;  // since the frame before; 0: none
   AssignmentPictures pictures;
   MovingCells cells;
   std::vector<FlowPair> links;
@@ -112,6 +100,7 @@ cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
   scene.cells = FollowCells(mask, scene.links);
   cv::Mat1w numbers = cv::Mat1w::zeros(mask.size());
   if (now > 0 && !frames[now].flow.forward.empty() && last_.size() == mask.size()) {
+    scene.step_seconds = frames[now].time_seconds - frames[now - 1].time_seconds;
     scene.pictures.before = frames[now - 1].image;
     scene.pictures.from_before = frames[now].flow;
     scene.pictures.before_errors = frames[now].errors;
@@ -135,9 +124,13 @@ cv::Mat1w MoverTracker::AssignKnown(const Scene& scene) const {
   const cv::Mat1f agreement = AgreementOf(scene.pictures.before_errors.forward, 1.0);
   std::vector<KnownMover> known;
   for (const auto& [number, count] : CountNumbers(last_, last_ != 0)) {
+    const Mover& mover = movers_.at(number);
     size_t places = 0;
-    const MoverMotion motion = MotionIn(last_ == number, flow.forward, agreement, &places);
-    if (places >= kLeastPlaces) known.push_back({number, motion, &movers_.at(number).colours});
+    MoverMotion motion = MotionIn(last_ == number, flow.forward, agreement, &places);
+    if (places < kLeastPlaces) {
+      motion = MoverMotion{mover.centre, mover.speed * scene.step_seconds, cv::Matx22d::zeros()};
+    }
+    known.push_back({number, motion, &mover.colours});
   }
   return AssignPixels(scene.pictures, last_, known);
 }
@@ -199,12 +192,12 @@ void MoverTracker::SplitMovers(const Scene& scene, cv::Mat1w& numbers) {
 
 uint16_t MoverTracker::NumberOfPart(const Scene& scene, const cv::Mat1b& part, uint16_t whole,
                                     const cv::Mat1w& numbers) {
-  const ColourShares seen = ColoursIn(scene.pictures.now, part);
+  const Mover seen = Describe(scene, part);
   std::map<uint16_t, int> touched = CountNumbers(numbers, RingAround(part, kTouch));
   for (auto entry = touched.begin(); entry != touched.end();) {
     const auto mover = movers_.find(entry->first);
     const bool may_be_it = entry->first != whole && mover != movers_.end() &&
-                           ColourDistance(seen, mover->second.colours) < kColourDistance;
+                           ColourDistance(seen.colours, mover->second.colours) < kColourDistance;
     entry = may_be_it ? std::next(entry) : touched.erase(entry);
   }
   const auto nearest = NearestMotion(scene, part, touched, numbers);
@@ -231,10 +224,15 @@ void MoverTracker::DropFragments(cv::Mat1w& numbers) {
 void MoverTracker::Remember(const Scene& scene, const cv::Mat1w& numbers) {
   std::map<uint16_t, Mover> movers;
   for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
-    Mover now{.colours = ColoursIn(scene.pictures.now, numbers == number)};
+    Mover now = Describe(scene, numbers == number);
     const auto before = movers_.find(number);
     if (before != movers_.end()) {
       now.is_new = false;
+      now.speed = before->second.speed;
+      if (scene.step_seconds > 0.0) {
+        const cv::Point2d speed = (now.centre - before->second.centre) / scene.step_seconds;
+        now.speed += kSpeedWeight * (speed - now.speed);
+      }
       for (int i = 0; i < kMoverColours; ++i) {
         now.colours[i] = before->second.colours[i] +
                          kColourWeight * (now.colours[i] - before->second.colours[i]);
@@ -254,6 +252,22 @@ uint16_t MoverTracker::NewNumber(const cv::Mat1w& numbers) {
   const auto number = static_cast<uint16_t>(next_number_);
   next_number_ = next_number_ % kNumbers + 1;
   return number;
+}
+
+MoverTracker::Mover MoverTracker::Describe(const Scene& scene, const cv::Mat1b& region) {
+  Mover mover;
+  double pixels = 0.0;
+  for (int y = 0; y < region.rows; ++y) {
+    for (int x = 0; x < region.cols; ++x) {
+      if (region(y, x) == 0) continue;
+      ++pixels;
+      mover.centre += cv::Point2d(x, y);
+      ++mover.colours[ColourOf(scene.pictures.now(y, x))];
+    }
+  }
+  mover.centre /= std::max(pixels, 1.0);
+  for (double& share : mover.colours) share /= std::max(pixels, 1.0);
+  return mover;
 }
 
 }  // namespace egosieve::vision

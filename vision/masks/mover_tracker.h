@@ -1,7 +1,7 @@
 // Separates movers and follows them from frame to frame. mover_links.h joins what this loses.
 //
 //   known       a pixel of the mask takes the mover of the previous frame that explains it best
-//               (pixel_assignment.h), each mover with a motion of its own, from its flow      (M1)
+//               (pixel_assignment.h), each mover with a motion of its own                     (M1)
 //   regions     pixels that no mover explains join a mover of their region with similar motion,
 //               the nearest one where too little is known of their motion, or are new         (M2)
 //   split       a mover whose cells have two motions (motion_split.h) within kLookSeconds: the
@@ -60,6 +60,7 @@ class MoverTracker {
  private:
   struct Mover {
     bool is_new = true;
+    cv::Point2d centre, speed;  // pixels, pixels per second
     ColourShares colours = {};
   };
   struct Scene;
@@ -75,6 +76,7 @@ class MoverTracker {
   static void DropFragments(cv::Mat1w& numbers);  // (M4)
   void Remember(const Scene& scene, const cv::Mat1w& numbers);
   uint16_t NewNumber(const cv::Mat1w& numbers);
+  static Mover Describe(const Scene& scene, const cv::Mat1b& region);
 
   cv::Mat1w last_;
   std::map<uint16_t, Mover> movers_;

@@ -27,8 +27,11 @@ std::string MoverTracker::ToText() const {
                                  {"last_runs", runs},
                                  {"movers", nlohmann::ordered_json::array()}};
   for (const auto& [number, mover] : movers_) {
-    json["movers"].push_back(
-        {{"number", number}, {"is_new", mover.is_new}, {"colours", mover.colours}});
+    json["movers"].push_back({{"number", number},
+                              {"is_new", mover.is_new},
+                              {"centre", {mover.centre.x, mover.centre.y}},
+                              {"speed", {mover.speed.x, mover.speed.y}},
+                              {"colours", mover.colours}});
   }
   return json.dump();
 }
@@ -53,6 +56,9 @@ absl::StatusOr<MoverTracker> MoverTracker::Restore(absl::string_view text) {
     for (const nlohmann::json& entry : json.at("movers")) {
       Mover mover;
       mover.is_new = entry.at("is_new").get<bool>();
+      mover.centre = {entry.at("centre").at(0).get<double>(),
+                      entry.at("centre").at(1).get<double>()};
+      mover.speed = {entry.at("speed").at(0).get<double>(), entry.at("speed").at(1).get<double>()};
       mover.colours = entry.at("colours").get<ColourShares>();
       tracker.movers_[entry.at("number").get<uint16_t>()] = mover;
     }

@@ -136,6 +136,13 @@ TEST(MoverTracker, GoesOnAfterRestoreToTheLastBit) {
   EXPECT_FALSE(MoverTracker::Restore("not json").ok());
 }
 
+TEST(MoverTracker, RemembersTheCentre) {
+  MoverTracker tracker;
+  Track(tracker, {{{10, 20, 30, 40}, 0, kRed}}, 0);
+  // Columns 10 to 39, rows 20 to 59.
+  EXPECT_THAT(tracker.ToText(), testing::HasSubstr("\"centre\":[24.5,39.5]"));
+}
+
 TEST(MoverTracker, WhatPartsLaterIsTwoFromTheFirstFrameOn) {
   // Red stands before blue, and they part by 6 pixels a frame.
   const std::vector<Body> bodies = {{{60, 20, 60, 40}, 3, kBlue}, {{80, 30, 16, 30}, -3, kRed}};
