@@ -152,23 +152,18 @@ std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int 
   const FrameSpan span = SteadySpan(frames, wanted, options);
   const std::vector<cv::Mat1f> joined =
       SegmentShots(frames, LinkedMaps(frames, options), span, options);
-  std::vector<LinkFrame> links(joined.size());
-  kernels::ParallelFor(static_cast<int64_t>(links.size()), [&](int64_t i) {
+  std::vector<LinkFrame> links;
+  for (size_t i = 0; i < joined.size(); ++i) {
     const WindowFrame& frame = frames[span.begin + i];
-    links[i] = {frame.time_seconds,
-                LogOdds(RefineProbability(frame.small, joined[i], options.edges)), true, frame.flow,
-                frame.errors};
-  });
-  TemporalLinkOptions steady = options.link;
-  steady.memory_seconds = options.steady_seconds;
-  const std::vector<cv::Mat1f> linked = LinkMaps(links, steady);
+    links.push_back({frame.time_seconds, joined[i], true, frame.flow, frame.errors});
+  }
+  TemporalLinkOptions steady_link = options.link;
+  steady_link.memory_seconds = options.steady_seconds;
+  const std::vector<cv::Mat1f> steady = LinkMaps(links, steady_link);
   std::vector<cv::Mat1f> refined(count);
   kernels::ParallelFor(count, [&](int64_t k) {
-    const size_t i = wanted.begin - span.begin + k;
-    const cv::Mat3b& image = frames[wanted.begin + k].image;
-    cv::Mat1f shift;
-    cv::resize(linked[i] - links[i].log_odds, shift, image.size(), 0, 0, cv::INTER_LINEAR);
-    refined[k] = Probability(LogOdds(RefineProbability(image, joined[i], options.edges)) + shift);
+    refined[k] = RefineProbability(frames[wanted.begin + k].image,
+                                   steady[wanted.begin - span.begin + k], options.edges);
   });
   return refined;
 }

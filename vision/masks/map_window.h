@@ -4,12 +4,10 @@
 //
 //   linked   (TL3) over the frames of the window
 //   joined   (SS3) over the frames of a shot; of those before alone where the link is causal
-//   sharp    (ER2) of joined, at working resolution
-//   steady   log odds of sharp, linked by (TL3) with a memory of steady_seconds
-//   refined  (ER2) of joined at full resolution, its log odds shifted by steady - sharp
+//   steady   joined, linked by (TL3) with a memory of steady_seconds
+//   refined  (ER2) of steady at full resolution
 //
-// The first link determines which pixels move. The second removes flicker of the outlines, which
-// an edge in a single frame can cause.
+// The first link determines which pixels move, the second removes flicker of the outlines.
 //
 // A frame's result depends only on the frames of the window, not on the number of threads.
 #pragma once

@@ -158,14 +158,13 @@ TEST(MapWindow, ACutSeparatesScenes) {
   EXPECT_LT(cv::mean(refined[1])[0], 0.1);
 }
 
-TEST(MapWindow, WhatOnePictureAloneSaysChangesLittle) {
-  // A still scene. In frame 2 the edge lies 12 pixels further, and so does what is brought to it.
+TEST(MapWindow, WhatOneMapAloneSaysChangesLittle) {
+  // A still scene. In frame 2 the map's edge lies 12 pixels further.
   std::vector<WindowFrame> frames;
   for (int t = 0; t < 5; ++t) {
-    cv::Mat3b image(kHeight, kWidth, cv::Vec3b(60, 60, 60));
-    image.colRange(t == 2 ? 92 : 80, kWidth) = cv::Vec3b(180, 180, 180);
     cv::Mat1f p(kHeight, kWidth, 0.05f);
-    p.colRange(86, kWidth) = 0.95f;
+    p.colRange(t == 2 ? 92 : 80, kWidth) = 0.95f;
+    const cv::Mat3b image(kHeight, kWidth, cv::Vec3b(60, 60, 60));
     frames.push_back(MakeWindowFrame(0.1 * t, image, p, true));
     if (t > 0) frames.back().flow = ConstantFlow({kWidth, kHeight}, {0.0f, 0.0f});
     frames.back().errors = ReturnErrorsOf(frames.back().flow);
@@ -173,14 +172,14 @@ TEST(MapWindow, WhatOnePictureAloneSaysChangesLittle) {
   MapWindowOptions options;
   options.shot.colour.limit = 1e-6;
   options.shot.within = options.shot.along = 0.0;
+  options.link.memory_seconds = 1e-3;
   const auto change = [&] {
     const std::vector<cv::Mat1f> refined = RefineWindow(frames, 1, 2, options);
     return cv::countNonZero((refined[0] >= 0.5f) != (refined[1] >= 0.5f));
   };
-  const int steady = change();
+  EXPECT_LE(change(), 4 * kHeight);
   options.steady_seconds = 1e-3;
-  EXPECT_GT(change(), 2 * steady);
-  EXPECT_GT(change(), 4 * kHeight);
+  EXPECT_GE(change(), 10 * kHeight);
 }
 
 // A grey box on a textured ground that stands still. The map shows the box's rim alone.
