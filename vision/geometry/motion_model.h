@@ -11,8 +11,9 @@ namespace egosieve::vision {
 
 struct MotionModel {
   MotionModelKind kind = MotionModelKind::kNone;
-  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // H or F in pixels, first image to second
-  int64_t inlier_count = 0;                              // pairs near the model
+  // F in pixels, first image to second; of vision/paper/fundamental_fit.h alone.
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  int64_t inlier_count = 0;  // pairs near the model
   int64_t pair_count = 0;
   double parallax_pixels = 0.0;  // of two_view_motion.h; 0 where not measured
   bool trusted = false;

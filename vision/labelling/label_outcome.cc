@@ -17,14 +17,6 @@ namespace {
 
 constexpr double kMajority = 0.5;
 
-cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
-  cv::Matx33d result;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) result(i, j) = m(i, j);
-  }
-  return result;
-}
-
 }  // namespace
 
 absl::Status MakeGrey(const Frame& frame, const FrameLabellerOptions& options,
@@ -71,7 +63,6 @@ void ToPixelsOfFrame(const ExtractedFrame& frame, const LensCorrection* lens,
   keep(labels.positions, 2);
   keep(labels.other_positions, 2);
   keep(labels.probability, 1);
-  keep(labels.residual_pixels, 1);
   keep(labels.decided_by, 1);
 }
 
@@ -137,7 +128,6 @@ bool IsEnough(const PairCounts& counts, int minimum_matches, LabelledFrame& resu
 
 void RecordMotion(const MotionModel& model, LabelledFrame& result) {
   result.motion_model = model.kind;
-  result.motion_matrix = ToMatx(model.matrix);
   result.motion_trusted = model.trusted;
   result.parallax_pixels = model.parallax_pixels;
   result.inlier_count = model.inlier_count;

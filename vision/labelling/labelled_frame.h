@@ -47,14 +47,12 @@ struct LabelledFrame {
   std::vector<double> positions;  // N x 2, (x, y) in pixels of `labelled`, inside it
   // N x 2, in the pair's other frame; the same as in `positions` if a place has none there.
   std::vector<double> other_positions;
-  std::vector<double> probability;      // N, of being dynamic, in [0, 1]
-  std::vector<double> residual_pixels;  // N, distance to the motion model; 0 without other position
+  std::vector<double> probability;  // N, of being dynamic, in [0, 1]
   // N, the term that contributes most in the direction of the probability.
   std::vector<EvidenceTerm> decided_by;
 
   MotionModelKind motion_model = MotionModelKind::kNone;
-  cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
-  double parallax_pixels = 0.0;                    // as in gap_choice.h; 0 where not measured
+  double parallax_pixels = 0.0;  // as in gap_choice.h; 0 where not measured
   bool motion_trusted = false;
   int64_t feature_count = 0;    // of the input frame: key points, corners, textured grid points
   int64_t match_count = 0;      // before any are discarded

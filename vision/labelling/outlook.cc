@@ -77,8 +77,6 @@ MotionModel ModelOf(const TwoViewMotion& motion, const Pinhole& camera, int64_t 
   model.parallax_pixels = motion.parallax_pixels;
   model.inlier_count = std::llround(motion.static_share * static_cast<double>(pair_count));
   model.kind = KindOf(motion, camera);
-  model.matrix =
-      motion.HasParallax() ? FundamentalOf(motion, camera) : RotationHomography(motion, camera);
   model.trusted = IsTrusted(motion);
   if (!model.trusted) {
     model.reason = absl::StrFormat("the camera's motion explains %.0f %% of the places",

@@ -18,11 +18,6 @@ void EnlargePlaces(double x_scale, double y_scale, std::vector<double>& places) 
   }
 }
 
-cv::Matx33d Enlarged(MotionModelKind kind, const cv::Matx33d& matrix, const cv::Matx33d& enlarge) {
-  const cv::Matx33d back = enlarge.inv();
-  return kind == MotionModelKind::kFundamental ? back.t() * matrix * back : enlarge * matrix * back;
-}
-
 }  // namespace
 
 cv::Size ReducedSize(cv::Size full, int longest_side_pixels) {
@@ -63,13 +58,8 @@ void EnlargeLabels(cv::Size reduced, cv::Size full, LabelledFrame& labels) {
   const double scale = std::sqrt(x_scale * y_scale);
   EnlargePlaces(x_scale, y_scale, labels.positions);
   EnlargePlaces(x_scale, y_scale, labels.other_positions);
-  for (double& residual : labels.residual_pixels) residual *= scale;
   labels.parallax_pixels *= scale;
   labels.noise_pixels *= scale;
-  const cv::Matx33d enlarge(x_scale, 0.0, 0.5 * (x_scale - 1.0),  //
-                            0.0, y_scale, 0.5 * (y_scale - 1.0),  //
-                            0.0, 0.0, 1.0);
-  labels.motion_matrix = Enlarged(labels.motion_model, labels.motion_matrix, enlarge);
 }
 
 }  // namespace egosieve::vision

@@ -12,7 +12,6 @@
 #include "vision/frame/ignored_area.h"
 #include "vision/geometry/motion_model.h"
 #include "vision/geometry/pinhole.h"
-#include "vision/geometry/residual.h"
 #include "vision/image/inside.h"
 #include "vision/labelling/among_movers.h"
 #include "vision/labelling/evidence_labeller.h"
@@ -79,14 +78,11 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   // A distance to a line checks one direction of two: a single place may pass by chance.
   const bool needs_support = model.kind == MotionModelKind::kFundamental;
   const auto add = [&](cv::Point2f now, cv::Point2f before, double probability, EvidenceTerm by) {
-    const PointPair pair{before.x, before.y, now.x, now.y};
     result.positions.insert(result.positions.end(), {now.x, now.y});
     const bool paired = std::isfinite(before.x) && model.kind != MotionModelKind::kNone;
     const cv::Point2f other = paired ? before : now;
     result.other_positions.insert(result.other_positions.end(), {other.x, other.y});
     result.probability.push_back(probability);
-    result.residual_pixels.push_back(
-        paired ? Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0] : 0.0);
     result.decided_by.push_back(by);
   };
   const auto is_judged = [&](size_t i) {

@@ -10,7 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "vision/geometry/mix_seed.h"
-#include "vision/geometry/residual.h"
+#include "vision/paper/epipolar_distance.h"
 
 namespace egosieve::vision {
 namespace {
@@ -72,10 +72,9 @@ MotionModel FitFundamental(const std::vector<PointPair>& pairs, uint64_t seed) {
   }
   model.kind = MotionModelKind::kFundamental;
   cv::cv2eigen(matrix, model.matrix);
-  const std::vector<double> residuals =
-      Residuals(model.kind, model.matrix, pairs, EpipolarDistance::kSampson);
-  model.inlier_count = std::count_if(residuals.begin(), residuals.end(),
-                                     [](double residual) { return residual < kSupportPixels; });
+  model.inlier_count = std::ranges::count_if(pairs, [&](const PointPair& pair) {
+    return SampsonDistance(model.matrix, pair) < kSupportPixels;
+  });
   const double support =
       static_cast<double>(model.inlier_count) / static_cast<double>(model.pair_count);
   model.trusted = support >= kLeastSupport;

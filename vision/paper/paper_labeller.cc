@@ -8,12 +8,12 @@
 #include "vision/frame/ignored_area.h"
 #include "vision/frame/repeated_picture.h"
 #include "vision/geometry/mix_seed.h"
-#include "vision/geometry/residual.h"
 #include "vision/image/inside.h"
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/label_outcome.h"
 #include "vision/labelling/reduced_labels.h"
 #include "vision/labelling/stopwatch.h"
+#include "vision/paper/epipolar_distance.h"
 #include "vision/paper/feature_extractor.h"
 #include "vision/paper/feature_matcher.h"
 #include "vision/paper/fundamental_fit.h"
@@ -62,8 +62,8 @@ std::vector<PointPair> MatchPlaces(const PaperFrame& first, const PaperFrame& se
 // Step 5.
 void LabelByDistance(const PaperFrame& first, const std::vector<PointPair>& pairs,
                      const MotionModel& model, LabelledFrame& result) {
-  const std::vector<double> distances =
-      Residuals(model.kind, model.matrix, pairs, EpipolarDistance::kPointToLine);
+  std::vector<double> distances;
+  for (const PointPair& pair : pairs) distances.push_back(PointToLineDistance(model.matrix, pair));
   result.noise_pixels = RobustScale(distances, kNoiseFloor);
   result.labelled = first.frame;
   for (size_t i = 0; i < pairs.size(); ++i) {
@@ -76,7 +76,6 @@ void LabelByDistance(const PaperFrame& first, const std::vector<PointPair>& pair
     result.positions.insert(result.positions.end(), {p.x1, p.y1});
     result.other_positions.insert(result.other_positions.end(), {p.x2, p.y2});
     result.probability.push_back(probability);
-    result.residual_pixels.push_back(distances[i]);
     result.decided_by.push_back(EvidenceTerm::kEpipolar);
   }
   result.outcome = LabelOutcome::kLabelled;

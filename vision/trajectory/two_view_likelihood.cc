@@ -60,17 +60,6 @@ RelativePose PoseOf(const TwoViewMotion& motion) {
   return {motion.rotation, motion.translation, motion.noise_pixels};
 }
 
-Matrix3d FundamentalOf(const TwoViewMotion& motion, const Pinhole& camera) {
-  const Matrix3d inverse = camera.Matrix().inverse();
-  return (inverse.transpose() * CrossProduct(motion.translation) * motion.rotation * inverse)
-      .normalized();
-}
-
-Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera) {
-  const Matrix3d k = camera.Matrix();
-  return k * motion.rotation * k.inverse();
-}
-
 void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoViewMotion& motion) {
   motion.ground_slope = motion.ground_heights = 0.0;
   if (!motion.HasParallax()) return;

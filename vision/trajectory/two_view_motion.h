@@ -120,10 +120,6 @@ TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const P
 // The motion from the second picture to the first.
 TwoViewMotion Inverse(const TwoViewMotion& motion);
 
-// K^-T [t]x R K^-1, unit Frobenius norm; and K R K^-1.
-Eigen::Matrix3d FundamentalOf(const TwoViewMotion& motion, const Pinhole& camera);
-Eigen::Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera);
-
 // Its translation means something where HasParallax().
 RelativePose PoseOf(const TwoViewMotion& motion);
 

@@ -147,7 +147,7 @@ TEST_F(DifficultVideo, Interlaced) {
   for (size_t t = 1; t < frames.size(); ++t) {
     ASSERT_EQ(frames[t].outcome, LabelOutcome::kLabelled) << frames[t].reason;
     const double time = static_cast<double>(frames[t].labelled.index) + 0.25;
-    EXPECT_GT(ScoreAgainstMask(frames[t], scene.Mask(time)).label_auc, 0.9) << t;
+    EXPECT_GT(AreaUnderMask(frames[t], scene.Mask(time)), 0.9) << t;
   }
 }
 
@@ -159,7 +159,7 @@ TEST_F(DifficultVideo, StandingCameraAmongMovers) {
     ASSERT_EQ(frames[t].outcome, LabelOutcome::kLabelled) << frames[t].reason;
     EXPECT_EQ(frames[t].motion_model, MotionModelKind::kStatic);
     const double time = static_cast<double>(frames[t].labelled.index);
-    EXPECT_GT(ScoreAgainstMask(frames[t], scene.Mask(time)).label_auc, 0.95) << t;
+    EXPECT_GT(AreaUnderMask(frames[t], scene.Mask(time)), 0.95) << t;
   }
 }
 

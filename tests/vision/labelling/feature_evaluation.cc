@@ -7,9 +7,9 @@
 
 namespace egosieve::vision {
 
-FeatureScore ScoreAgainstMask(const LabelledFrame& frame, const cv::Mat& mask) {
+double AreaUnderMask(const LabelledFrame& frame, const cv::Mat& mask) {
   constexpr int kMover = 255, kVoid = 128;
-  std::vector<double> residuals, labels;
+  std::vector<double> labels;
   std::vector<bool> is_mover;
   for (int64_t i = 0; i < frame.size(); ++i) {
     const int x = static_cast<int>(std::lround(frame.positions[2 * i]));
@@ -18,10 +18,9 @@ FeatureScore ScoreAgainstMask(const LabelledFrame& frame, const cv::Mat& mask) {
     const int truth = mask.at<uint8_t>(y, x);
     if (truth == kVoid) continue;
     is_mover.push_back(truth == kMover);
-    residuals.push_back(frame.residual_pixels[i]);
     labels.push_back(frame.probability[i]);
   }
-  return {AreaUnderCurve(residuals, is_mover), AreaUnderCurve(labels, is_mover)};
+  return AreaUnderCurve(labels, is_mover);
 }
 
 }  // namespace egosieve::vision

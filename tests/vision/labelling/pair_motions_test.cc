@@ -111,8 +111,11 @@ TEST(PairMotions, TheFixedPatternTellsNothingOfTheMotion) {
   // In front of the camera, places move with the wall by kShift pixels, and not at all else.
   const auto shift_of = [&](PairMotions& motions) {
     const TwoViewMotion motion = *motions.Between(*a, *b, camera, {});
-    const double turned =
-        (RotationHomography(motion, camera) * Eigen::Vector3d(120, 140, 1)).hnormalized().x() - 120;
+    const double turned = (camera.Matrix() * motion.rotation * camera.Matrix().inverse() *
+                           Eigen::Vector3d(120, 140, 1))
+                              .hnormalized()
+                              .x() -
+                          120;
     return turned + (motion.HasParallax() ? motion.parallax_pixels : 0.0);
   };
   EXPECT_NEAR(shift_of(with), kShift, 0.5);

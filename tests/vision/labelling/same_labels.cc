@@ -9,14 +9,12 @@ namespace egosieve::vision {
 void ExpectWellFormed(const LabelledFrame& frame) {
   ASSERT_EQ(frame.positions.size(), 2 * frame.probability.size());
   ASSERT_EQ(frame.other_positions.size(), frame.positions.size());
-  ASSERT_EQ(frame.residual_pixels.size(), frame.probability.size());
   for (int64_t i = 0; i < frame.size(); ++i) {
     EXPECT_TRUE(frame.probability[i] >= 0 && frame.probability[i] <= 1);
     EXPECT_TRUE(frame.positions[2 * i] >= 0 &&
                 frame.positions[2 * i] <= frame.labelled.image.cols - 1);
     EXPECT_TRUE(frame.positions[2 * i + 1] >= 0 &&
                 frame.positions[2 * i + 1] <= frame.labelled.image.rows - 1);
-    EXPECT_TRUE(frame.residual_pixels[i] >= 0);
   }
   if (frame.outcome == LabelOutcome::kLabelled) {
     EXPECT_TRUE(frame.motion_trusted);
@@ -34,9 +32,7 @@ void ExpectSame(const LabelledFrame& a, const LabelledFrame& b) {
   EXPECT_EQ(a.positions, b.positions);
   EXPECT_EQ(a.other_positions, b.other_positions);
   EXPECT_EQ(a.probability, b.probability);
-  EXPECT_EQ(a.residual_pixels, b.residual_pixels);
   EXPECT_EQ(a.motion_model, b.motion_model);
-  EXPECT_EQ(a.motion_matrix, b.motion_matrix);
   EXPECT_EQ(a.noise_pixels, b.noise_pixels);
 }
 
