@@ -14,10 +14,10 @@
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
-#include "kernels/ops/box_means.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/testing/area_under_curve.h"
 #include "tests/testing/status.h"
+#include "vision/image/box_means.h"
 
 namespace egosieve::gp {
 namespace {
@@ -308,11 +308,11 @@ Frame SampleFrame(const cv::Mat& image, const cv::Mat& mask, std::mt19937_64& ge
     const bool wrong = generator() % 10 == 0;
     if (i < kTraining) frame.labels.push_back(wrong ? 1.0 - frame.truth[i] : frame.truth[i]);
   }
-  const kernels::ImageView view{image.data, image.cols, image.rows, 3,
-                                static_cast<ptrdiff_t>(image.step)};
+  const vision::ImageView view{image.data, image.cols, image.rows, 3,
+                               static_cast<ptrdiff_t>(image.step)};
   NarrowMatrix descriptors(pixels.rows(), 6);
-  EXPECT_EQ(kernels::BoxMeansAt(*TestContext(), view, ViewOf(pixels), {},
-                                {descriptors.data(), descriptors.rows(), descriptors.cols()}),
+  EXPECT_EQ(vision::BoxMeansAt(view, ViewOf(pixels), {},
+                               {descriptors.data(), descriptors.rows(), descriptors.cols()}),
             absl::OkStatus());
   frame.inputs = descriptors.cast<double>();
   return frame;

@@ -9,12 +9,10 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
-#include "kernels/ops/box_means.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/ops/exact_regression.h"
-#include "kernels/ops/grid_interpolation.h"
 #include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/failing_calls.h"
 #include "tests/kernels/ops/posterior_test.h"
@@ -278,34 +276,6 @@ TEST_F(DeviceFailureTest, ExactRegression) {
       EXPECT_EQ(again.gradient, good.gradient);
     }
     EXPECT_GE(failures, 1) << call << " never failed";
-  }
-}
-
-TEST_F(DeviceFailureTest, Images) {
-  std::vector<uint8_t> pixels(19 * 11 * 3);
-  for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random_());
-  const ImageView image = {pixels.data(), 19, 11, 3, 19 * 3};
-  const ImageGrid grid = {19, 11, 5};
-  const std::vector<double> points = {0.0, 0.0, 18.0, 10.0, 7.3, 4.6};
-  std::vector<float> values(grid.size());
-  for (float& value : values) value = static_cast<float>(Uniform(random_, 0.0, 1.0));
-  const ConstMatrixView<float> map(values.data(), grid.rows(), grid.columns());
-  for (const auto& context : {TestContext(), SideBySideContext()}) {
-    FailEveryCall(
-        [&](Outputs& out) {
-          return BoxMeansOnGrid(*context, image, grid, {}, {out[0].data(), grid.size(), 6});
-        },
-        1, grid.size() * 6, /*staged=*/false);
-    FailEveryCall(
-        [&](Outputs& out) {
-          return BoxMeansAt(*context, image, {points.data(), 3, 2}, {}, {out[0].data(), 3, 6});
-        },
-        1, 18, /*staged=*/false);
-    FailEveryCall(
-        [&](Outputs& out) {
-          return GridInterpolation(*context, grid, map, {out[0].data(), 11, 19});
-        },
-        1, 11 * 19, /*staged=*/false);
   }
 }
 

@@ -124,13 +124,13 @@ TEST(Context, BuildErrorsCarryTheCompilersLogAndTheContextStaysUsable) {
   const auto context = Value(OpenContext());
   if (context->is_reference()) GTEST_SKIP() << "the reference compiles nothing";
   const auto kernel =
-      context->Kernel("image.cl", "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=oops", "box_means_on_grid");
+      context->Kernel("roofline.cl", "-cl-std=CL1.2 -DVEC=1 -DCHAINS=oops", "multiply_add");
   ASSERT_FALSE(kernel.ok());
   EXPECT_THAT(kernel.status().message(), testing::HasSubstr("clBuildProgram"));
   EXPECT_THAT(kernel.status().message(), testing::HasSubstr("oops"));
-  const std::string good = "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=3";
-  EXPECT_TRUE(context->Kernel("image.cl", good, "box_means_on_grid").ok());
-  EXPECT_FALSE(context->Kernel("image.cl", good, "no_such_kernel").ok());
+  const std::string good = "-cl-std=CL1.2 -DVEC=1 -DCHAINS=3";
+  EXPECT_TRUE(context->Kernel("roofline.cl", good, "multiply_add").ok());
+  EXPECT_FALSE(context->Kernel("roofline.cl", good, "no_such_kernel").ok());
 }
 
 // Processor time of every thread of this process, in clock ticks, by its number.
@@ -337,7 +337,7 @@ TEST(Sources, NoFunctionIsInlineAlone) {
   int functions = 0;
   for (const char* file :
        {"common.cl", "covariance.cl", "covariance_gradient.cl", "dense_posterior.cl",
-        "dense_posterior_local.cl", "image.cl", "posterior_outputs.cl", "roofline.cl"}) {
+        "dense_posterior_local.cl", "linear_algebra.cl", "posterior_outputs.cl", "roofline.cl"}) {
     const std::string text(cl_sources::Text(file));
     ASSERT_FALSE(text.empty()) << file;
     for (const absl::string_view line : absl::StrSplit(text, '\n')) {
