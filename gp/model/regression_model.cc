@@ -20,7 +20,7 @@ absl::Status RegressionModel::Add(ConstMatrixView<float> inputs, absl::Span<cons
 absl::Status RegressionModel::Add(ConstMatrixView<double> inputs, absl::Span<const double> labels,
                                   int64_t time) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, TargetsOfLabels(labels));  // (RM1)
-  return AddTargets(inputs, targets, time);
+  return AddObservations({inputs, targets}, time);
 }
 
 absl::StatusOr<std::shared_ptr<const Posterior>> RegressionModel::MakePosterior(

@@ -284,7 +284,7 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
 
 absl::Status OnlineLearner::Train(FrameRecord& record) {
   EGOSIEVE_RETURN_IF_ERROR(
-      trainer_.Train(*model_.context(), model_.inputs(), model_.targets()).status());
+      trainer_.Train(*model_.context(), {model_.inputs(), model_.targets()}).status());
   if (trainer_.ShouldRebuild(model_.hyperparameters())) {
     EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(trainer_.hyperparameters()));
     record.factor_rebuilt = true;

@@ -59,7 +59,7 @@ void AddSine(double offset, double scale, Model& model) {
   const RowMatrix x = RandomPoints(kPoints, kDimension, generator);
   std::vector<double> y;
   for (int64_t i = 0; i < kPoints; ++i) y.push_back(offset + scale * std::sin(3.0 * x(i, 0)));
-  ASSERT_EQ(model.AddTargets(ViewOf(x), y, 0), absl::OkStatus());
+  ASSERT_EQ(model.AddObservations({ViewOf(x), y}, 0), absl::OkStatus());
 }
 
 RowMatrix Queries() {
@@ -198,7 +198,7 @@ TEST(AdaptivePosterior, DoesNotKnowTheErrorOfClampedVariances) {
     x(i, 0) = static_cast<double>(i) / 115.0 - 1.0;
     y.push_back(std::sin(3.0 * x(i, 0)));
   }
-  ASSERT_TRUE(model.AddTargets(ViewOf(x), y, 0).ok());
+  ASSERT_TRUE(model.AddObservations({ViewOf(x), y}, 0).ok());
   const AdaptivePosterior posterior = PosteriorOf(model);
   const auto error = Value(posterior.Error(/*with_variance=*/true));
   EXPECT_TRUE(std::isinf(error.variance));
@@ -259,7 +259,7 @@ TEST(Float64Posterior, StaysAsItWasWhileTheModelChanges) {
   auto model = Value(ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1)));
   AddSine(0.0, 1.0, model);
   const RowMatrix one = RowMatrix::Constant(1, kDimension, 0.1);
-  ASSERT_TRUE(model.AddTargets(ViewOf(one), {2.0}, 0).ok());  // with memory for more
+  ASSERT_TRUE(model.AddObservations({ViewOf(one), {2.0}}, 0).ok());  // with memory for more
   const auto posterior = *model.MakeFloat64Posterior();
   const RowMatrix queries = Queries();
   const Results before = Evaluate(*posterior, ViewOf(queries));
@@ -268,11 +268,11 @@ TEST(Float64Posterior, StaysAsItWasWhileTheModelChanges) {
     EXPECT_EQ(now.mean, before.mean) << after;
     EXPECT_EQ(now.variance, before.variance) << after;
   };
-  ASSERT_TRUE(model.AddTargets(ViewOf(one), {2.0}, 0).ok());
+  ASSERT_TRUE(model.AddObservations({ViewOf(one), {2.0}}, 0).ok());
   expect_unchanged("Add");
   ASSERT_TRUE(model.Remove({kPoints - 3, kPoints - 1}).ok());
   expect_unchanged("Remove");
-  ASSERT_TRUE(model.AddTargets(ViewOf(one), {2.0}, 0).ok());
+  ASSERT_TRUE(model.AddObservations({ViewOf(one), {2.0}}, 0).ok());
   expect_unchanged("Add after Remove");
   ASSERT_TRUE(model.SetHyperparameters(ThetaOf("matern32", 0.2)).ok());
   expect_unchanged("SetHyperparameters");

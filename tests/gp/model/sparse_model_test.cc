@@ -302,7 +302,7 @@ TEST(SparseModel, GpmlsFitc) {
   RowMatrix inducing(10, 1);
   for (int i = 0; i < 10; ++i) inducing(i, 0) = -1.3 + 2.6 * i / 9.0;
   ASSERT_TRUE(model.SetInducingInputs(ViewOf(inducing)).ok());
-  ASSERT_TRUE(model.AddTargets(ViewOf(data.inputs), data.targets, 0).ok());
+  ASSERT_TRUE(model.AddObservations({ViewOf(data.inputs), data.targets}, 0).ok());
   EXPECT_NEAR(Value(model.LogMarginalLikelihood()), -153.9846295202831, 154.0 * 1e-10);
   RowMatrix queries(2, 1);
   queries << 0.0, 1.0;

@@ -112,7 +112,7 @@ TEST(ScikitLearn, AgreesOnCovariancesLikelihoodAndPosterior) {
                                                   kernels::Triangle::kFull, {&k[0][0], 5, 5})
                     .ok());
     auto model = Value(ExactModel::Create(context, theta));
-    ASSERT_TRUE(model.AddTargets(x, kTargets, 0).ok());
+    ASSERT_TRUE(model.AddObservations({x, kTargets}, 0).ok());
     double mean[2], variance[2];
     ASSERT_TRUE(Value(model.MakeFloat64Posterior())->Evaluate(queries, mean, variance).ok());
     const std::array<double, 9> values = {
