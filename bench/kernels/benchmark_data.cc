@@ -86,9 +86,9 @@ const BenchmarkModel& ModelOf(int64_t n, BenchmarkKernel kernel) {
     y[i] = std::hypot(px - 400, py - 300) < 80 ? 1.0 : -1.0;
   }
   model.cholesky.assign(n * n, 0.0);
-  const absl::Status status = CovarianceMatrix<double>(
-      *BenchmarkContext(), model.covariance, {model.inputs.data(), n, 6}, 0.09, Triangle::kFull,
-      MatrixView<double>(model.cholesky.data(), n, n));
+  const absl::Status status =
+      CovarianceMatrix(*BenchmarkContext(), model.covariance, {model.inputs.data(), n, 6}, 0.09,
+                       Triangle::kFull, MatrixView<double>(model.cholesky.data(), n, n));
   if (!status.ok()) {
     std::fprintf(stderr, "%s\n", status.ToString().c_str());
     std::exit(3);

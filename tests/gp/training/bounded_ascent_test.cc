@@ -178,8 +178,8 @@ absl::StatusOr<LaplaceApproximation> Approximate(const kernels::CovarianceParame
 MatrixXd Covariances(const kernels::CovarianceParameters& parameters, const Problem& problem) {
   const auto n = static_cast<int64_t>(problem.labels.size());
   std::vector<double> k(n * n);
-  EXPECT_TRUE(kernels::CovarianceMatrix<double>(*TestContext(), parameters, ViewOf(problem.inputs),
-                                                0.0, kernels::Triangle::kFull, {k.data(), n, n})
+  EXPECT_TRUE(kernels::CovarianceMatrix(*TestContext(), parameters, ViewOf(problem.inputs), 0.0,
+                                        kernels::Triangle::kFull, {k.data(), n, n})
                   .ok());
   return MatrixXd::Map(k.data(), n, n);
 }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "absl/strings/ascii.h"
@@ -22,7 +23,9 @@
 namespace egosieve::kernels {
 namespace {
 
-using Outputs = std::vector<GuardedMatrix<float>>;
+template <typename T>
+using OutputsOf = std::vector<GuardedMatrix<T>>;
+using Outputs = OutputsOf<float>;
 
 // Whether a call comes after the kernel was started.
 bool IsAfterTheStart(const std::string& call) {
@@ -30,7 +33,8 @@ bool IsAfterTheStart(const std::string& call) {
          call == "clEnqueueReadBuffer" || call == "clFinish";
 }
 
-void ExpectSame(const Outputs& actual, const Outputs& expected, int64_t size) {
+template <typename T>
+void ExpectSame(const OutputsOf<T>& actual, const OutputsOf<T>& expected, int64_t size) {
   for (size_t o = 0; o < expected.size(); ++o) {
     EXPECT_TRUE(actual[o].guards_intact());
     for (int64_t i = 0; i < size; ++i)
@@ -47,12 +51,14 @@ class DeviceFailureTest : public testing::Test {
 
   // `operation` fills `outputs` matrices of 1 x size. staged: not even a failure after the kernel's
   // start leaves anything in them.
-  void FailEveryCall(const std::function<absl::Status(Outputs&)>& operation, int outputs,
-                     int64_t size, bool staged) {
-    const Outputs empty(outputs, GuardedMatrix<float>(1, size));
-    Outputs expected = empty;
+  template <typename T = float>
+  void FailEveryCall(
+      const std::type_identity_t<std::function<absl::Status(OutputsOf<T>&)>>& operation,
+      int outputs, int64_t size, bool staged) {
+    const OutputsOf<T> empty(outputs, GuardedMatrix<T>(1, size));
+    OutputsOf<T> expected = empty;
     // With nothing that earlier calls left in the contexts.
-    const auto run = [&](Outputs& out) {
+    const auto run = [&](OutputsOf<T>& out) {
       TestContext()->ReleaseIdle();
       SideBySideContext()->ReleaseIdle();
       return operation(out);
@@ -63,7 +69,7 @@ class DeviceFailureTest : public testing::Test {
       constexpr int kManyCalls = 1000;
       for (int nth = 0; nth < kManyCalls; ++nth) {
         SCOPED_TRACE(testing::Message() << call << " number " << nth);
-        Outputs actual = empty;
+        OutputsOf<T> actual = empty;
         const bool lost = nth % 2 == 1;
         FailCall(call, nth, lost ? CL_DEVICE_NOT_AVAILABLE : CL_OUT_OF_RESOURCES);
         const absl::Status status = run(actual);
@@ -71,7 +77,7 @@ class DeviceFailureTest : public testing::Test {
         if (status.ok()) {
           // A wait that only makes sure of what has ended.
           ASSERT_EQ(call, "clFinish");
-          ExpectSame(actual, expected, size);
+          ExpectSame<T>(actual, expected, size);
           continue;
         }
         exercised.insert(call);
@@ -80,15 +86,15 @@ class DeviceFailureTest : public testing::Test {
         EXPECT_TRUE(
             absl::StrContains(absl::AsciiStrToLower(status.message()), absl::AsciiStrToLower(call)))
             << status;
-        for (const GuardedMatrix<float>& output : actual) {
+        for (const GuardedMatrix<T>& output : actual) {
           EXPECT_TRUE(output.guards_intact());
           if (staged || !IsAfterTheStart(call)) {
             EXPECT_TRUE(output.untouched());
           }
         }
-        Outputs again = empty;
+        OutputsOf<T> again = empty;
         ASSERT_EQ(run(again), absl::OkStatus());
-        ExpectSame(again, expected, size);
+        ExpectSame<T>(again, expected, size);
         ASSERT_LT(nth, kManyCalls - 1);
       }
     }
@@ -195,11 +201,11 @@ TEST_F(DeviceFailureTest, EnqueuedPosterior) {
 TEST_F(DeviceFailureTest, CovarianceMatrix) {
   constexpr int64_t kPoints = 20;
   const std::vector<double> points = RandomPoints(random_, kPoints, 2);
-  FailEveryCall(
-      [&](Outputs& out) {
-        return CovarianceMatrix<float>(*TestContext(), ArcsineParameters({1, 2, 3}),
-                                       {points.data(), kPoints, 2}, 0.1, Triangle::kFull,
-                                       {out[0].data(), kPoints, kPoints});
+  FailEveryCall<double>(
+      [&](OutputsOf<double>& out) {
+        return CovarianceMatrix(*TestContext(), ArcsineParameters({1, 2, 3}),
+                                {points.data(), kPoints, 2}, 0.1, Triangle::kFull,
+                                {out[0].data(), kPoints, kPoints});
       },
       1, kPoints * kPoints, /*staged=*/false);
 }
@@ -224,11 +230,11 @@ TEST_F(DeviceFailureTest, CrossCovarianceAndItsGradient) {
   const std::vector<double> points = RandomPoints(random_, kPoints, 2);
   const std::vector<double> others = RandomPoints(random_, kOthers, 2);
   const std::vector<double> weights = RandomPoints(random_, kPoints, kOthers);
-  FailEveryCall(
-      [&](Outputs& out) {
-        return CrossCovariance<float>(*TestContext(), ArcsineParameters({1, 2, 3}),
-                                      {points.data(), kPoints, 2}, {others.data(), kOthers, 2},
-                                      {out[0].data(), kPoints, kOthers});
+  FailEveryCall<double>(
+      [&](OutputsOf<double>& out) {
+        return CrossCovariance(*TestContext(), ArcsineParameters({1, 2, 3}),
+                               {points.data(), kPoints, 2}, {others.data(), kOthers, 2},
+                               {out[0].data(), kPoints, kOthers});
       },
       1, kPoints * kOthers, /*staged=*/false);
   FailEveryCall(

@@ -54,8 +54,8 @@ TEST_F(KernelVariants, TheSizeOfTheModelMakesNoNewOnes) {
   for (const int64_t size : {1, 2, 3, 5, 7, 16, 17, 31, 64, 65, 200, 301}) {
     const std::vector<double> x(size * kDimension, 0.5);
     std::vector<double> out(size * size);
-    ASSERT_TRUE(CovarianceMatrix<double>(*context_, parameters, {x.data(), size, kDimension}, 0.01,
-                                         Triangle::kLower, {out.data(), size, size})
+    ASSERT_TRUE(CovarianceMatrix(*context_, parameters, {x.data(), size, kDimension}, 0.01,
+                                 Triangle::kLower, {out.data(), size, size})
                     .ok());
   }
   const std::set<std::string> variants = Variants(Folder(), "covariance_block");

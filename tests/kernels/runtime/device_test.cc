@@ -156,8 +156,8 @@ int64_t ThreadsAtWork(Context& context, int64_t points) {
   std::vector<double> out(points * points);
   const CovarianceParameters parameters{CovarianceFunction::kSquaredExponential, {0.3}};
   const auto compute = [&] {
-    return CrossCovariance<double>(context, parameters, {x.data(), points, 1},
-                                   {x.data(), points, 1}, {out.data(), points, points});
+    return CrossCovariance(context, parameters, {x.data(), points, 1}, {x.data(), points, 1},
+                           {out.data(), points, points});
   };
   EXPECT_TRUE(compute().ok());  // compiles
   const auto before = TicksOfThreads();

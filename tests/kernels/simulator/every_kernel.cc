@@ -65,15 +65,14 @@ CovarianceParameters EveryFunction() {
   return parameters;
 }
 
-template <typename T>
 void RunCovariance(Context& context, const CovarianceParameters& parameters, const Inputs& inputs) {
-  std::vector<T> actual(kPoints * kPoints), expected(kPoints * kPoints);
+  std::vector<double> actual(kPoints * kPoints), expected(kPoints * kPoints);
   for (const Triangle triangle : {Triangle::kFull, Triangle::kLower}) {
-    ASSERT_EQ(CovarianceMatrix<T>(context, parameters, inputs.x(), 0.0, triangle,
-                                  {actual.data(), kPoints, kPoints}),
+    ASSERT_EQ(CovarianceMatrix(context, parameters, inputs.x(), 0.0, triangle,
+                               {actual.data(), kPoints, kPoints}),
               absl::OkStatus());
-    reference::CovarianceBlock<T>(parameters, inputs.x(), inputs.x(), triangle == Triangle::kLower,
-                                  {expected.data(), kPoints, kPoints});
+    reference::CovarianceBlock(parameters, inputs.x(), inputs.x(), triangle == Triangle::kLower,
+                               {expected.data(), kPoints, kPoints});
     ExpectNear(actual, expected, "covariance matrix");
   }
   const ConstMatrixView<double> weights(inputs.factor.data(), kPoints, kPoints);
@@ -141,8 +140,8 @@ void RunRegression(Context& context, const CovarianceParameters& parameters, con
   const auto found = Value(RegressOnDevice(context, parameters, inputs.x(), y, noise, {}, true));
   ASSERT_EQ(found.bad_row, -1);
   std::vector<double> k(kPoints * kPoints), product(kPoints);
-  reference::CovarianceBlock<double>(parameters, inputs.x(), inputs.x(), false,
-                                     {k.data(), kPoints, kPoints});
+  reference::CovarianceBlock(parameters, inputs.x(), inputs.x(), false,
+                             {k.data(), kPoints, kPoints});
   for (int64_t i = 0; i < kPoints; ++i) {
     product[i] = noise * found.alpha[i];
     for (int64_t j = 0; j < kPoints; ++j) product[i] += k[i * kPoints + j] * found.alpha[j];
@@ -240,8 +239,7 @@ TEST(EveryKernel, AgreesWithTheReference) {
           CovarianceParameters{CovarianceFunction::kArcsine, {1.0, 5.0, 2.0}, 1.0},
           CovarianceParameters{CovarianceFunction::kSquaredExponential, {0.5, 1.0}, 1.0},
           EveryFunction()}) {
-      RunCovariance<float>(*context, parameters, inputs);
-      RunCovariance<double>(*context, parameters, inputs);
+      RunCovariance(*context, parameters, inputs);
       RunPosterior(context, parameters, inputs);
     }
     RunRegression(*context, EveryFunction(), inputs);
