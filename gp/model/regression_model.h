@@ -39,8 +39,6 @@ class RegressionModel {
   // Unchanged after an error. N = 0 is no change.
   absl::Status Add(kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
                    int64_t time);
-  absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                   int64_t time);
   // For regression: any finite targets y, of one output or several, with noise by point. The number
   // of outputs must be that of the model's points.
   virtual absl::Status AddObservations(const Observations& added, int64_t time) = 0;

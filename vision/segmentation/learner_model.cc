@@ -49,9 +49,10 @@ absl::StatusOr<LearnerModel::Model> LearnerModel::MakeModel(
 absl::Status LearnerModel::Add(kernels::ConstMatrixView<float> inputs,
                                absl::Span<const double> labels, int64_t frame) {
   if (inputs.rows == 0 && labels.empty()) return absl::OkStatus();
-  EGOSIEVE_RETURN_IF_ERROR(
-      std::visit([&](auto& model) { return model.Add(inputs, labels, frame); }, model_));
-  return absl::OkStatus();
+  const std::vector<double> wide = gp::Widen(inputs);
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, gp::TargetsOfLabels(labels));
+  const gp::Observations added({wide.data(), inputs.rows, inputs.cols}, targets);
+  return std::visit([&](auto& model) { return model.AddObservations(added, frame); }, model_);
 }
 
 absl::Status LearnerModel::Remove(absl::Span<const int64_t> rows) {

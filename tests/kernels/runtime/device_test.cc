@@ -237,7 +237,7 @@ TEST_F(DriverCheck, PoclIsNotStartedWhereItWouldAbort) {
 // A table of kernel shapes in the user's cache folder would decide what tests run.
 TEST(CacheFolder, ThatOfTestsIsNotTheUsers) {
   EXPECT_EQ(CacheFolder(), "/dev/null/none");
-  EXPECT_FALSE(WriteCacheFile(CacheFolder() + "/file", "x").ok());
+  EXPECT_FALSE(SaveTuning(ReferenceDevice(), DefaultTuning(4)).ok());
 }
 
 TEST(CacheFolder, TheMostSpecificVariableWins) {
@@ -260,28 +260,6 @@ TEST(HashBytes, IsFnv1a) {
   EXPECT_EQ(HashBytes(""), 0xcbf29ce484222325u);
   EXPECT_EQ(HashBytes("a"), 0xaf63dc4c8601ec8cu);
   EXPECT_EQ(HashBytes("foobar"), 0x85944171f73967e8u);
-}
-
-TEST(WriteCacheFile, MakesFoldersReplacesFilesAndLeavesNoTemporary) {
-  const std::filesystem::path folder =
-      std::filesystem::path(testing::TempDir()) / "cache" / "below";
-  const std::string path = (folder / "file").string();
-  const std::string bytes("a\0b\n", 4);
-  ASSERT_TRUE(WriteCacheFile(path, "old").ok());
-  ASSERT_TRUE(WriteCacheFile(path, bytes).ok());
-  EXPECT_EQ(ReadCacheFile(path), bytes);
-  int files = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder)) ++files;
-  EXPECT_EQ(files, 1);
-}
-
-TEST(WriteCacheFile, SaysWhatCannotBeWritten) {
-  const std::string file = testing::TempDir() + "/plain";
-  ASSERT_TRUE(WriteCacheFile(file, "x").ok());
-  const absl::Status status = WriteCacheFile(file + "/below", "x");
-  EXPECT_FALSE(status.ok());
-  EXPECT_THAT(status.message(), testing::HasSubstr(file + "/below"));
-  EXPECT_EQ(ReadCacheFile(file + "/below"), "");
 }
 
 TEST(Tuning, ATableIsReadBackForItsDeviceAlone) {
