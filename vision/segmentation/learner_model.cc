@@ -144,7 +144,7 @@ double LearnerModel::LogMarginalLikelihood() const {
   const absl::StatusOr<const gp::SparseModel*> sparse =
       std::get<DeferredSparseModel>(model_).Solved();
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  return sparse.ok() ? (*sparse)->LogMarginalLikelihood().value_or(kNone) : kNone;
+  return sparse.ok() ? (*sparse)->LogMarginalLikelihood() : kNone;
 }
 
 absl::StatusOr<gp::LeaveOneOut> LearnerModel::PredictLeaveOneOut(

@@ -213,7 +213,7 @@ TEST(SparseLikelihood, FitcIsTheModelsOwn) {
   ASSERT_TRUE(model.AddObservations(problem.data(), 0).ok());
   ASSERT_TRUE(model.SetInducingInputs(ViewOf(problem.inducing)).ok());
   EXPECT_NEAR(problem.At(problem.theta, problem.inducing, SparseApproximation::kFitc).value,
-              Value(model.LogMarginalLikelihood()), 1e-10 * 70);
+              model.LogMarginalLikelihood(), 1e-10 * 70);
 }
 
 TEST(SparseLikelihood, RefusesWhatItIsNotOf) {
