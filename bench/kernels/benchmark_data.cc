@@ -8,8 +8,8 @@
 #include <random>
 #include <utility>
 
-#include "kernels/base/image_grid.h"
 #include "kernels/ops/covariance_matrix.h"
+#include "vision/image/image_grid.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -19,7 +19,7 @@ constexpr int kHeight = 480;
 
 // Waves of brightness and colour with a little noise.
 void ImageInputs(double x, double y, std::mt19937_64& random, double* out) {
-  const PixelNormalization map = NormalizationForImage(kWidth, kHeight);
+  const vision::PixelNormalization map = vision::NormalizationForImage(kWidth, kHeight);
   out[0] = x * map.scale + map.u_offset;
   out[1] = y * map.scale + map.v_offset;
   const auto noise = [&] {
@@ -86,9 +86,9 @@ const BenchmarkModel& ModelOf(int64_t n, BenchmarkKernel kernel) {
     y[i] = std::hypot(px - 400, py - 300) < 80 ? 1.0 : -1.0;
   }
   model.cholesky.assign(n * n, 0.0);
-  const absl::Status status = CovarianceMatrix<double>(
-      *BenchmarkContext(), model.covariance, {model.inputs.data(), n, 6}, 0.09, Triangle::kFull,
-      MatrixView<double>(model.cholesky.data(), n, n));
+  const absl::Status status =
+      CovarianceMatrix(*BenchmarkContext(), model.covariance, {model.inputs.data(), n, 6}, 0.09,
+                       Triangle::kFull, MatrixView<double>(model.cholesky.data(), n, n));
   if (!status.ok()) {
     std::fprintf(stderr, "%s\n", status.ToString().c_str());
     std::exit(3);
@@ -107,7 +107,7 @@ const BenchmarkModel& ModelOf(int64_t n, BenchmarkKernel kernel) {
 }
 
 std::vector<float> ImageQueries(int stride) {
-  const ImageGrid grid = {kWidth, kHeight, stride};
+  const vision::ImageGrid grid = {kWidth, kHeight, stride};
   std::mt19937_64 random(stride);
   std::vector<float> queries;
   for (int row = 0; row < grid.rows(); ++row) {

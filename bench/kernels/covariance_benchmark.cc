@@ -24,22 +24,22 @@ std::vector<double> Points(int64_t n) {
   return points;
 }
 
-template <typename T, BenchmarkKernel kernel>
+template <BenchmarkKernel kernel>
 void BM_CovarianceMatrix(benchmark::State& state) {
   const auto context = BenchmarkContext();
   const int64_t n = state.range(0);
   const std::vector<double> points = Points(n);
   const ConstMatrixView<double> x(points.data(), n, 6);
   const CovarianceParameters parameters = BenchmarkCovariance(kernel);
-  std::vector<T> out(n * n);
-  const MatrixView<T> view(out.data(), n, n);
+  std::vector<double> out(n * n);
+  const MatrixView<double> view(out.data(), n, n);
   const double copy = CopyBytesPerSecond();
   // The first call compiles.
-  (void)CovarianceMatrix<T>(*context, parameters, x, 0.09, Triangle::kLower, view);
+  (void)CovarianceMatrix(*context, parameters, x, 0.09, Triangle::kLower, view);
   const LoopTimer timer;
   for (auto _ : state) {
     const absl::Status status =
-        CovarianceMatrix<T>(*context, parameters, x, 0.09, Triangle::kLower, view);
+        CovarianceMatrix(*context, parameters, x, 0.09, Triangle::kLower, view);
     if (!status.ok()) return state.SkipWithError(status.ToString().c_str());
   }
   const double seconds = timer.SecondsPerIteration(state.iterations());
@@ -53,26 +53,20 @@ void BM_CovarianceMatrix(benchmark::State& state) {
   const double elements = 0.5 * n * (n + 1);
   state.counters["evaluations_per_second"] =
       benchmark::Counter(elements, benchmark::Counter::kIsIterationInvariantRate);
-  state.counters["fraction_of_copy_bandwidth"] = elements * sizeof(T) / copy / seconds;
+  state.counters["fraction_of_copy_bandwidth"] = elements * sizeof(double) / copy / seconds;
   state.counters["copy_bytes_per_second"] = copy;
 }
-BENCHMARK_TEMPLATE(BM_CovarianceMatrix, double, BenchmarkKernel::kSteepArcsine)
+BENCHMARK_TEMPLATE(BM_CovarianceMatrix, BenchmarkKernel::kSteepArcsine)
     ->Name("BM_CovarianceMatrix/arcsine")
     ->ArgName("n")
     ->Arg(800)
     ->Arg(4000)
     ->Apply(TakeBothClocks);
-BENCHMARK_TEMPLATE(BM_CovarianceMatrix, double, BenchmarkKernel::kSquaredExponential)
+BENCHMARK_TEMPLATE(BM_CovarianceMatrix, BenchmarkKernel::kSquaredExponential)
     ->Name("BM_CovarianceMatrix/squared_exponential")
     ->ArgName("n")
     ->Arg(4000)
     ->Apply(TakeBothClocks);
-BENCHMARK_TEMPLATE(BM_CovarianceMatrix, float, BenchmarkKernel::kSteepArcsine)
-    ->Name("BM_CovarianceMatrix/arcsine_float32")
-    ->ArgName("n")
-    ->Arg(4000)
-    ->Apply(TakeBothClocks);
-
 // Vector operations per pair, 7 components: 38 for the covariance (double: 11 more in the
 // polynomial, the square root counts 5), 8 for the factor, 4 for each component.
 constexpr double kGradientOperations = 38 + 11 + 8 + 28;

@@ -39,32 +39,19 @@ std::vector<double> ToLogarithms(const Hyperparameters& hyperparameters) {
   return theta;
 }
 
-absl::StatusOr<Hyperparameters> FromLogarithms(CovarianceFunction function,
-                                               absl::Span<const double> theta,
-                                               int64_t input_dimension) {
-  if (theta.size() < 2) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "theta has %d values; it holds the scales, log sigma_f and log sigma_n", theta.size()));
-  }
-  const size_t scales = theta.size() - 2;
-  Hyperparameters hyperparameters;
-  hyperparameters.covariance.function = function;
-  hyperparameters.covariance.dimension = input_dimension;
-  for (size_t i = 0; i < scales; ++i) {
-    hyperparameters.covariance.scales.push_back(std::exp(theta[i]));
-  }
-  hyperparameters.covariance.signal_stddev = std::exp(theta[scales]);
-  hyperparameters.noise_stddev = std::exp(theta[scales + 1]);
-  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
-  return hyperparameters;
-}
-
 absl::StatusOr<Hyperparameters> FromLogarithms(const Hyperparameters& like,
                                                absl::Span<const double> theta) {
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      Hyperparameters hyperparameters,
-      FromLogarithms(like.covariance.function, theta, like.covariance.dimension));
-  hyperparameters.mean = like.mean;
+  if (static_cast<int64_t>(theta.size()) != like.count()) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("theta has %d values; it holds %d scales, log sigma_f and log sigma_n",
+                        theta.size(), like.covariance.scales.size()));
+  }
+  Hyperparameters hyperparameters = like;
+  std::vector<double>& scales = hyperparameters.covariance.scales;
+  for (size_t i = 0; i < scales.size(); ++i) scales[i] = std::exp(theta[i]);
+  hyperparameters.covariance.signal_stddev = std::exp(theta[scales.size()]);
+  hyperparameters.noise_stddev = std::exp(theta[scales.size() + 1]);
+  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
   return hyperparameters;
 }
 

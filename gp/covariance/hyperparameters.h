@@ -35,14 +35,9 @@ struct Hyperparameters {
 // theta; the hyperparameters must be valid.
 std::vector<double> ToLogarithms(const Hyperparameters& hyperparameters);
 
-// The inverse of ToLogarithms. InvalidArgument unless theta has the size of a valid set and every
-// exponential is finite and positive.
-// input_dimension: 0 if it follows from the number of scales.
-absl::StatusOr<Hyperparameters> FromLogarithms(kernels::CovarianceFunction function,
-                                               absl::Span<const double> theta,
-                                               int64_t input_dimension = 0);
-
-// The same with the covariance function, dimension and mean of `like`.
+// The inverse of ToLogarithms, with the covariance function, dimension and mean of `like`.
+// InvalidArgument unless theta has as many values as that of `like`, and every exponential is finite
+// and positive.
 absl::StatusOr<Hyperparameters> FromLogarithms(const Hyperparameters& like,
                                                absl::Span<const double> theta);
 

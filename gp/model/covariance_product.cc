@@ -64,9 +64,9 @@ absl::Status MultiplyCovariance(kernels::Context& context,
     for (int64_t column = 0; column <= row; column += kProductTile) {
       const int64_t column_end = std::min(column + kProductTile, n);
       const MatrixView<double> tile = room.block(row_end - row, column_end - column);
-      EGOSIEVE_RETURN_IF_ERROR(
-          kernels::CrossCovariance<double>(context, covariance, x.rows_between(row, row_end),
-                                           x.rows_between(column, column_end), tile));
+      EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance(context, covariance,
+                                                        x.rows_between(row, row_end),
+                                                        x.rows_between(column, column_end), tile));
       AddTile(tile, row, column, v, partial, out);
     }
   }

@@ -33,7 +33,7 @@ RegressionWeights WeightsOf(const IncrementalCholesky& factor,
 // The lower triangle of K_y for points with this noise.
 absl::Status NoisyCovariance(kernels::Context& context, const Hyperparameters& hyperparameters,
                              const Observations& points, double jitter, MatrixView<double> out) {
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix(
       context, hyperparameters.covariance, points.inputs, hyperparameters.noise_variance() + jitter,
       kernels::Triangle::kLower, out));
   for (int64_t i = 0; i < points.size(); ++i) out(i, i) += points.noise_variance(i);
@@ -105,8 +105,8 @@ absl::Status ExactModel::AddObservations(const Observations& added, int64_t time
 absl::Status ExactModel::AppendToFactor(const Observations& added) {
   AlignedMatrix below(added.size(), size());
   AlignedMatrix corner(added.size(), added.size());
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance<double>(*context_, hyperparameters_.covariance,
-                                                            added.inputs, inputs(), below.view()));
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance(*context_, hyperparameters_.covariance,
+                                                    added.inputs, inputs(), below.view()));
   EGOSIEVE_RETURN_IF_ERROR(
       NoisyCovariance(*context_, hyperparameters_, added, jitter_, corner.view()));
   return factor_.Append(below.view(), corner.view());

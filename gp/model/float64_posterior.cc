@@ -184,8 +184,8 @@ absl::Status Float64Posterior::SumOnHost(ConstMatrixView<double> queries, double
   for (int64_t begin = 0; begin < queries.rows; begin += side) {
     const ConstMatrixView<double> tile =
         queries.rows_between(begin, std::min(begin + side, queries.rows));
-    EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance<double>(*context_, covariance, tile, inputs(),
-                                                              cross.block(tile.rows, n)));
+    EGOSIEVE_RETURN_IF_ERROR(
+        kernels::CrossCovariance(*context_, covariance, tile, inputs(), cross.block(tile.rows, n)));
     const double flops = tile.rows * (2.0 * n * (k + q) + (variances == nullptr ? 0.0 : n * n));
     kernels::ParallelFor((tile.rows + kGroup - 1) / kGroup, flops, [&](int64_t g) {
       const int64_t first = g * kGroup, count = std::min(kGroup, tile.rows - first);
@@ -227,9 +227,9 @@ absl::StatusOr<JointPrediction> Float64Posterior::PredictJoint(
   const MatrixView<double> covariance = joint.covariance.view();
   AlignedMatrix cross(points.rows, factor_.values.rows);
   EGOSIEVE_RETURN_IF_ERROR(
-      kernels::CrossCovariance<double>(*context_, parameters, points, inputs(), cross.view()));
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
-      *context_, parameters, points, 0.0, kernels::Triangle::kLower, covariance));
+      kernels::CrossCovariance(*context_, parameters, points, inputs(), cross.view()));
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix(*context_, parameters, points, 0.0,
+                                                     kernels::Triangle::kLower, covariance));
   kernels::ParallelFor(
       points.rows, 2.0 * cross.rows() * cross.cols() * weights_.outputs, [&](int64_t i) {
         double* mean = &joint.mean[i * weights_.outputs];
@@ -294,8 +294,8 @@ absl::Status Float64Posterior::VarianceGradients(ConstMatrixView<double> points,
                                                  MatrixView<double> out) const {
   const int64_t n = factor_.values.rows, q = weights_.basis;
   AlignedMatrix columns(n, points.rows), rows(points.rows, n), u(points.rows, q);
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance<double>(*context_, hyperparameters_.covariance,
-                                                            inputs(), points, columns.view()));
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance(*context_, hyperparameters_.covariance,
+                                                    inputs(), points, columns.view()));
   Transpose(columns.view(), rows.view());
   for (int64_t i = 0; q > 0 && i < points.rows; ++i) {
     absl::FixedArray<double, 64> sums(q);

@@ -38,7 +38,7 @@ absl::StatusOr<std::vector<int64_t>> PivotedRows(kernels::Context& context,
   const bool whole = n <= kWholeMatrixPoints;
   AlignedMatrix covariances(whole ? n : 0, whole ? n : 0);
   if (whole) {
-    EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
+    EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix(
         context, covariance, x, 0.0, kernels::Triangle::kFull, covariances.view()));
   }
   std::vector<double> residual(n), of_pivot(whole ? 0 : n);
@@ -51,9 +51,9 @@ absl::StatusOr<std::vector<int64_t>> PivotedRows(kernels::Context& context,
     if (step == 0) first = residual[pivot];
     if (!(residual[pivot] > kRelativeTolerance * first)) break;
     if (!whole) {
-      EGOSIEVE_RETURN_IF_ERROR(
-          kernels::CrossCovariance<double>(context, covariance, x, x.rows_between(pivot, pivot + 1),
-                                           MatrixView<double>(of_pivot.data(), n, 1)));
+      EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance(context, covariance, x,
+                                                        x.rows_between(pivot, pivot + 1),
+                                                        MatrixView<double>(of_pivot.data(), n, 1)));
     }
     const double* column = whole ? covariances.row(pivot) : of_pivot.data();
     const double root = std::sqrt(residual[pivot]);

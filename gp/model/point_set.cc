@@ -96,6 +96,18 @@ absl::Status PointSet::Validate(int64_t dimension) const {
   return absl::OkStatus();
 }
 
+PointSet PointsInRows(const Observations& points, absl::Span<const int64_t> rows) {
+  PointSet chosen;
+  for (const int64_t row : rows) {
+    chosen.Append(
+        {points.inputs.rows_between(row, row + 1), points.targets.rows_between(row, row + 1),
+         points.noise_variances.empty() ? points.noise_variances
+                                        : points.noise_variances.subspan(row, 1)},
+        0);
+  }
+  return chosen;
+}
+
 absl::Status CheckPoints(ConstMatrixView<double> inputs, int64_t dimension) {
   if (inputs.rows > 0 && inputs.cols != dimension) {
     return absl::InvalidArgumentError(

@@ -70,6 +70,9 @@ struct PointSet {
   absl::Status Validate(int64_t dimension) const;
 };
 
+// The points in these rows.
+PointSet PointsInRows(const Observations& points, absl::Span<const int64_t> rows);
+
 // InvalidArgument, with row and value, unless the inputs are finite and of this dimension.
 absl::Status CheckPoints(kernels::ConstMatrixView<double> inputs, int64_t dimension);
 

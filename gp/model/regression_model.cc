@@ -11,16 +11,10 @@ absl::Status ExactModelState::Validate() const {
   return points.Validate(hyperparameters.covariance.input_dimension());
 }
 
-absl::Status RegressionModel::Add(ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                                  int64_t time) {
-  const std::vector<double> wide = Widen(inputs);
-  return Add(ConstMatrixView<double>(wide.data(), inputs.rows, inputs.cols), labels, time);
-}
-
 absl::Status RegressionModel::Add(ConstMatrixView<double> inputs, absl::Span<const double> labels,
                                   int64_t time) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, TargetsOfLabels(labels));  // (RM1)
-  return AddTargets(inputs, targets, time);
+  return AddObservations({inputs, targets}, time);
 }
 
 absl::StatusOr<std::shared_ptr<const Posterior>> RegressionModel::MakePosterior(

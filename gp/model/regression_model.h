@@ -39,15 +39,8 @@ class RegressionModel {
   // Unchanged after an error. N = 0 is no change.
   absl::Status Add(kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
                    int64_t time);
-  absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                   int64_t time);
-  // The same for regression, with any finite targets y instead of labels.
-  absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
-                          int64_t time) {
-    return AddObservations({inputs, targets}, time);
-  }
-  // For several outputs, with noise by point. The number of outputs must be that of the model's
-  // points.
+  // For regression: any finite targets y, of one output or several, with noise by point. The number
+  // of outputs must be that of the model's points.
   virtual absl::Status AddObservations(const Observations& added, int64_t time) = 0;
 
   // The argument of Restore; gp/io/model_file.h stores it.

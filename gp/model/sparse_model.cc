@@ -235,15 +235,15 @@ absl::StatusOr<std::vector<double>> SparseModel::PredictMean(ConstMatrixView<dou
   return mean;
 }
 
-absl::StatusOr<double> SparseModel::LogMarginalLikelihood() const {
+double SparseModel::LogMarginalLikelihood() const {
   double sum = static_cast<double>(size()) * std::log(2.0 * M_PI);
-  for (int64_t j = 0; j < inducing_size(); ++j)
-    sum += 2.0 * std::log(solution_.sum_factor.row(j)[j]);
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> mean, PredictOwnMean());
+  for (int64_t j = 0; j < inducing_size(); ++j) {
+    sum += 2.0 * std::log(solution_.sum_factor.row(j)[j]) -
+           solution_.target_sum[j] * solution_.weights[j];
+  }
   for (int64_t i = 0; i < size(); ++i) {
-    // y^T Lambda^-1 y - c.A^-1 c = sum_i y_i (y_i - mean_i) / lambda_i.
     sum += std::log(solution_.lambda[i]) +
-           points_.targets[i] * (points_.targets[i] - mean[i]) / solution_.lambda[i];
+           points_.targets[i] * points_.targets[i] / solution_.lambda[i];
   }
   return -0.5 * sum;
 }

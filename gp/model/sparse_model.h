@@ -84,7 +84,7 @@ class SparseModel : public RegressionModel {
   // The mean at the model's own points.
   absl::StatusOr<std::vector<double>> PredictOwnMean() const { return PredictMean(inputs()); }
   // (SP6); 0 for an empty model.
-  absl::StatusOr<double> LogMarginalLikelihood() const;
+  double LogMarginalLikelihood() const;
   // Leave-one-out predictions of all points under the approximation's own covariance of y, Q +
   // Lambda, inverted by (SP3): 2 n m^2 flops.
   absl::StatusOr<LeaveOneOut> PredictLeaveOneOut() const;

@@ -43,7 +43,7 @@ absl::Status FactorizeInducing(kernels::Context& context, const SparseModelOptio
   const MatrixView<double> k = solution.factor.view();
   solution.jitter = options.relative_jitter * hyperparameters.noise_variance();
   while (true) {
-    EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
+    EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix(
         context, hyperparameters.covariance, u, solution.jitter, kernels::Triangle::kLower, k));
     const int64_t bad = FactorizeInParallel(k, PivotFloors(k, m, 1.0));
     if (bad < 0) return absl::OkStatus();
@@ -177,7 +177,7 @@ absl::Status ProjectPoints(kernels::Context& context, const SparseModelOptions& 
   const ConstMatrixView<double> inducing(solution.inducing_inputs.data(), m,
                                          hyperparameters.covariance.input_dimension());
   EGOSIEVE_RETURN_IF_ERROR(
-      kernels::CrossCovariance<double>(context, hyperparameters.covariance, inputs, inducing, v));
+      kernels::CrossCovariance(context, hyperparameters.covariance, inputs, inducing, v));
   AppendRows(solution.factor.view(), v);  // (SP1)
   if (lambda == nullptr || options.approximation != SparseApproximation::kFitc) {
     return absl::OkStatus();

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "absl/strings/str_format.h"
+#include "absl/types/span.h"
 #include "gp/calibration/leave_one_out.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/training/marginal_likelihood.h"
@@ -17,8 +17,6 @@
 
 namespace egosieve::gp {
 namespace {
-
-using kernels::ConstMatrixView;
 
 constexpr double kSmoothing = 0.2;      // weight of the newest value in running means
 constexpr int64_t kMinimumPoints = 30;  // fewer points, or one class only: no training
@@ -42,33 +40,7 @@ std::optional<double> MeanWith(std::optional<double> mean, double check) {
   return mean.has_value() ? *mean + kSmoothing * (check - *mean) : check;
 }
 
-absl::Status CheckSizes(const Observations& points) {
-  if (points.targets.rows != points.size()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d inputs and %d targets", points.size(), points.targets.rows));
-  }
-  const size_t variances = points.noise_variances.size();
-  if (variances != 0 && static_cast<int64_t>(variances) != points.size()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d inputs and %d noise variances", points.size(), variances));
-  }
-  return absl::OkStatus();
-}
-
 }  // namespace
-
-struct HyperparameterTrainer::Subset {
-  std::vector<double> inputs;
-  std::vector<double> targets;
-  std::vector<double> noise_variances;
-  int64_t dimension = 0;
-
-  Observations view() const {
-    return {{inputs.data(), static_cast<int64_t>(targets.size()), dimension},
-            absl::MakeConstSpan(targets),
-            noise_variances};
-  }
-};
 
 absl::Status TrainerOptions::Validate() const {
   constexpr char kPositive[] = "be positive", kNotNegative[] = "not be negative";
@@ -103,37 +75,27 @@ absl::StatusOr<HyperparameterTrainer> HyperparameterTrainer::Create(
   return trainer;
 }
 
-HyperparameterTrainer::Subset HyperparameterTrainer::Draw(const Observations& points, int64_t size,
-                                                          uint64_t seed) const {
-  Subset subset;
-  subset.dimension = points.inputs.cols;
+PointSet HyperparameterTrainer::Draw(const Observations& points, int64_t size,
+                                     uint64_t seed) const {
   const absl::Span<const double> targets(points.targets.data, points.size());
-  for (const int64_t row : StratifiedSample(targets, size, options_.minimum_class_share, seed)) {
-    const double* x = points.inputs.row(row);
-    subset.inputs.insert(subset.inputs.end(), x, x + subset.dimension);
-    subset.targets.push_back(targets[row]);
-    if (!points.noise_variances.empty()) {
-      subset.noise_variances.push_back(points.noise_variances[row]);
-    }
-  }
-  return subset;
+  return PointsInRows(points, StratifiedSample(targets, size, options_.minimum_class_share, seed));
 }
 
 absl::StatusOr<double> HyperparameterTrainer::Objective(kernels::Context& context,
-                                                        const Subset& subset,
+                                                        const PointSet& subset,
                                                         const std::vector<double>& theta,
                                                         std::vector<double>* gradient) const {
   EGOSIEVE_ASSIGN_OR_RETURN(const Hyperparameters hyperparameters,
                             FromLogarithms(hyperparameters_, theta));
   const auto likelihood = ComputeMarginalLikelihood(
-      context, hyperparameters, subset.view(),
+      context, hyperparameters, subset.observations(hyperparameters.covariance.input_dimension()),
       gradient == nullptr ? LikelihoodOrder::kValue : LikelihoodOrder::kValueAndGradient);
   if (IsNotPositiveDefinite(likelihood.status())) {
     if (gradient != nullptr) gradient->assign(theta.size(), 0.0);
     return -std::numeric_limits<double>::infinity();
   }
   EGOSIEVE_RETURN_IF_ERROR(likelihood.status());
-  const double weight = 1.0 / static_cast<double>(subset.targets.size());
+  const double weight = 1.0 / static_cast<double>(subset.size());
   double value = likelihood->value;
   if (gradient != nullptr) *gradient = likelihood->gradient;
   for (size_t i = 0; i < theta.size(); ++i) {
@@ -147,7 +109,7 @@ absl::StatusOr<double> HyperparameterTrainer::Objective(kernels::Context& contex
   return weight * value;
 }
 
-absl::Status HyperparameterTrainer::AnnealTheta(kernels::Context& context, const Subset& subset,
+absl::Status HyperparameterTrainer::AnnealTheta(kernels::Context& context, const PointSet& subset,
                                                 TrainerState& state, TrainingReport& report) const {
   const auto objective = [&](const std::vector<double>& theta) {
     return Objective(context, subset, theta, nullptr);
@@ -161,7 +123,7 @@ absl::Status HyperparameterTrainer::AnnealTheta(kernels::Context& context, const
   return absl::OkStatus();
 }
 
-absl::Status HyperparameterTrainer::ClimbTheta(kernels::Context& context, const Subset& subset,
+absl::Status HyperparameterTrainer::ClimbTheta(kernels::Context& context, const PointSet& subset,
                                                int64_t steps, TrainerState& state,
                                                TrainingReport& report) const {
   std::vector<double> gradient;
@@ -174,19 +136,18 @@ absl::Status HyperparameterTrainer::ClimbTheta(kernels::Context& context, const 
   return absl::OkStatus();
 }
 
-absl::StatusOr<TrainingReport> HyperparameterTrainer::Train(
-    kernels::Context& context, ConstMatrixView<double> inputs, absl::Span<const double> targets,
-    absl::Span<const double> noise_variances) {
-  const Observations points(inputs, targets, noise_variances);
-  EGOSIEVE_RETURN_IF_ERROR(CheckSizes(points));
+absl::StatusOr<TrainingReport> HyperparameterTrainer::Train(kernels::Context& context,
+                                                            const Observations& points) {
+  EGOSIEVE_RETURN_IF_ERROR(points.Validate(hyperparameters_.covariance.input_dimension()));
   TrainingReport report;
+  const double* targets = points.targets.data;
   const int64_t positives =
-      std::count_if(targets.begin(), targets.end(), [](double y) { return y >= 0.0; });
-  if (inputs.rows < kMinimumPoints) {
+      std::count_if(targets, targets + points.size(), [](double y) { return y >= 0.0; });
+  if (points.size() < kMinimumPoints) {
     report.reason = "too few points";
     return report;
   }
-  if (positives == 0 || positives == inputs.rows) {
+  if (positives == 0 || positives == points.size()) {
     report.reason = "one class only";
     return report;
   }
@@ -195,7 +156,7 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::Train(
   const bool anneals = state_.rounds == 0;
   const bool settled = !anneals && state_.smoothed_movement < options_.settled_movement;
   if (anneals || settled) {
-    const Subset subset =
+    const PointSet subset =
         Draw(points, options_.annealing_subset_size, Mix(options_.seed, round, 2));
     if (anneals) {
       EGOSIEVE_RETURN_IF_ERROR(AnnealTheta(context, subset, next, report));
@@ -213,7 +174,7 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::Train(
     ++next.rounds_since_step;
     report.reason = "settled";
   } else {
-    const Subset subset = Draw(points, options_.subset_size, Mix(options_.seed, round, 0));
+    const PointSet subset = Draw(points, options_.subset_size, Mix(options_.seed, round, 0));
     EGOSIEVE_RETURN_IF_ERROR(ClimbTheta(
         context, subset, anneals ? options_.initial_gradient_steps : kStepsPerRound, next, report));
     next.rounds_since_step = 0;

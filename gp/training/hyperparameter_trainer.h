@@ -25,11 +25,9 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/types/span.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/model/point_set.h"
 #include "gp/training/gradient_ascent.h"
-#include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
@@ -75,13 +73,9 @@ class HyperparameterTrainer {
                                                       const HyperparameterBounds& bounds,
                                                       const TrainerOptions& options = {});
 
-  // One round, on the model's points. If it is impossible (too few points, one class), the report
-  // gives the reason and theta stays. Unchanged after an error. noise_variances: of the points, on
-  // top of sigma_n^2; empty: all 0.
-  absl::StatusOr<TrainingReport> Train(kernels::Context& context,
-                                       kernels::ConstMatrixView<double> inputs,
-                                       absl::Span<const double> targets,
-                                       absl::Span<const double> noise_variances = {});
+  // One round, on the model's points, of one output. If it is impossible (too few points, one
+  // class), the report gives the reason and theta stays. Unchanged after an error.
+  absl::StatusOr<TrainingReport> Train(kernels::Context& context, const Observations& points);
 
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
 
@@ -97,15 +91,14 @@ class HyperparameterTrainer {
   HyperparameterTrainer() = default;
 
   // J on a subset, and its gradient if requested. An indefinite matrix gives -infinity.
-  struct Subset;
-  absl::StatusOr<double> Objective(kernels::Context& context, const Subset& subset,
+  absl::StatusOr<double> Objective(kernels::Context& context, const PointSet& subset,
                                    const std::vector<double>& theta,
                                    std::vector<double>* gradient) const;
-  absl::Status AnnealTheta(kernels::Context& context, const Subset& subset, TrainerState& state,
+  absl::Status AnnealTheta(kernels::Context& context, const PointSet& subset, TrainerState& state,
                            TrainingReport& report) const;
-  absl::Status ClimbTheta(kernels::Context& context, const Subset& subset, int64_t steps,
+  absl::Status ClimbTheta(kernels::Context& context, const PointSet& subset, int64_t steps,
                           TrainerState& state, TrainingReport& report) const;
-  Subset Draw(const Observations& points, int64_t size, uint64_t seed) const;
+  PointSet Draw(const Observations& points, int64_t size, uint64_t seed) const;
 
   Hyperparameters hyperparameters_;
   std::vector<double> prior_centre_;

@@ -188,8 +188,8 @@ absl::StatusOr<LaplaceApproximation> ApproximateByLaplace(
   EGOSIEVE_RETURN_IF_ERROR(CheckLabelled(data));
   const int64_t n = data.inputs.rows;
   AlignedMatrix k(n, n);
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(context, covariance, data.inputs, 0.0,
-                                                             kernels::Triangle::kFull, k.view()));
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix(context, covariance, data.inputs, 0.0,
+                                                     kernels::Triangle::kFull, k.view()));
   LaplaceProblem problem(data, k.view());
   EGOSIEVE_RETURN_IF_ERROR(problem.FindMode());
   LaplaceApproximation result;

@@ -85,9 +85,9 @@ absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& c
   }
   AlignedMatrix storage(n, n);
   const MatrixView<double> k = storage.view();
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(context, hyperparameters.covariance,
-                                                             data.inputs, noise_variance,
-                                                             kernels::Triangle::kLower, k));
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix(context, hyperparameters.covariance,
+                                                     data.inputs, noise_variance,
+                                                     kernels::Triangle::kLower, k));
   for (int64_t i = 0; i < n; ++i) k(i, i) += data.noise_variance(i);
   if (const int64_t bad = FactorizeInParallel(k, PivotFloors(k, n, 1.0)); bad >= 0) {
     return RefusedPivot(bad, noise_variance);

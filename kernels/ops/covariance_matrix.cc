@@ -13,24 +13,15 @@
 namespace egosieve::kernels {
 namespace {
 
-template <typename T>
 bool RunsOnHost(const Context& context) {
-  return context.is_reference() || (sizeof(T) == sizeof(double) && !context.info().float64);
-}
-
-template <typename T>
-void AddNoise(double noise_variance, MatrixView<T> out) {
-  for (int64_t i = 0; i < out.rows; ++i) {
-    out(i, i) = static_cast<T>(out(i, i) + noise_variance);
-  }
+  return context.is_reference() || !context.info().float64;
 }
 
 }  // namespace
 
-template <typename T>
 absl::Status CovarianceMatrix(Context& context, const CovarianceParameters& parameters,
                               ConstMatrixView<double> x, double noise_variance, Triangle triangle,
-                              MatrixView<T> out) {
+                              MatrixView<double> out) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, x.rows, x.rows));
@@ -38,24 +29,23 @@ absl::Status CovarianceMatrix(Context& context, const CovarianceParameters& para
       CheckOptions({{"noise_variance", noise_variance, IsNotNegative(noise_variance),
                      "be finite and at least 0"}}));
   const bool lower_only = triangle == Triangle::kLower;
-  if (RunsOnHost<T>(context)) {
+  if (RunsOnHost(context)) {
     reference::CovarianceBlock(parameters, x, x, lower_only, out);
   } else {
     EGOSIEVE_RETURN_IF_ERROR(opencl::CovarianceBlock(context, parameters, x, x, lower_only, out));
   }
-  AddNoise(noise_variance, out);
+  for (int64_t i = 0; i < out.rows; ++i) out(i, i) += noise_variance;
   return absl::OkStatus();
 }
 
-template <typename T>
 absl::Status CrossCovariance(Context& context, const CovarianceParameters& parameters,
                              ConstMatrixView<double> x, ConstMatrixView<double> z,
-                             MatrixView<T> out) {
+                             MatrixView<double> out) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints("z", parameters, z));
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, x.rows, z.rows));
-  if (RunsOnHost<T>(context)) {
+  if (RunsOnHost(context)) {
     reference::CovarianceBlock(parameters, x, z, false, out);
     return absl::OkStatus();
   }
@@ -73,18 +63,5 @@ absl::StatusOr<cl_event> EnqueueCrossCovariance(std::shared_ptr<Context> context
   }
   return opencl::EnqueueCovarianceBlock(std::move(context), parameters, x, z, k, call);
 }
-
-template absl::Status CovarianceMatrix(Context&, const CovarianceParameters&,
-                                       ConstMatrixView<double>, double, Triangle,
-                                       MatrixView<float>);
-template absl::Status CovarianceMatrix(Context&, const CovarianceParameters&,
-                                       ConstMatrixView<double>, double, Triangle,
-                                       MatrixView<double>);
-template absl::Status CrossCovariance(Context&, const CovarianceParameters&,
-                                      ConstMatrixView<double>, ConstMatrixView<double>,
-                                      MatrixView<float>);
-template absl::Status CrossCovariance(Context&, const CovarianceParameters&,
-                                      ConstMatrixView<double>, ConstMatrixView<double>,
-                                      MatrixView<double>);
 
 }  // namespace egosieve::kernels

@@ -6,9 +6,7 @@
 // After an error in the arguments, or a device error before the computation began, `out` is
 // unchanged; after a device is lost during the computation `out` may be partly written.
 //
-// T is float or double. In float the arcsine's error is at most 1e-6 sigma_f^2; the errors of other
-// functions are in their files in kernels/covariance. On a device without float64 the double
-// versions run on the host.
+// In float64; on a device without it they run on the host.
 #pragma once
 
 #include <memory>
@@ -27,16 +25,14 @@ enum class Triangle {
 };
 
 // x: n x D; out: n x n.
-template <typename T>
 absl::Status CovarianceMatrix(Context& context, const CovarianceParameters& parameters,
                               ConstMatrixView<double> x, double noise_variance, Triangle triangle,
-                              MatrixView<T> out);
+                              MatrixView<double> out);
 
 // x: n x D; z: m x D; out: n x m.
-template <typename T>
 absl::Status CrossCovariance(Context& context, const CovarianceParameters& parameters,
                              ConstMatrixView<double> x, ConstMatrixView<double> z,
-                             MatrixView<T> out);
+                             MatrixView<double> out);
 
 // The same without waiting, in float64 from and to buffers of the context's OpenCL context: x, n x D,
 // z, m x D, k, n x m. Inputs are not checked: NaN gives NaN. The caller releases the event, which

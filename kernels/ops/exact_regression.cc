@@ -76,7 +76,7 @@ absl::StatusOr<Tools> Prepare(Context& context, const CovarianceParameters& para
                             DeviceLinearAlgebra::Create(context, *workspace));
   EGOSIEVE_ASSIGN_OR_RETURN(
       CovarianceKernels covariance,
-      CovarianceKernels::Create<double>(
+      CovarianceKernels::Create(
           context, *workspace, parameters,
           CovarianceKernels::kBlock | (with_gradient ? CovarianceKernels::kGradient : 0)));
   return Tools{std::move(workspace), std::move(algebra), std::move(covariance)};
@@ -100,7 +100,7 @@ Factored Factorize(const Context& context, const cl::CommandQueue& queue, Tools&
                    const std::vector<double>& variances) {
   const int64_t n = points.row_count;
   DeviceMatrix matrix = opencl::NewDeviceMatrix(context, n, n);
-  tools.covariance.EnqueueBlock<double>(queue, points, /*lower_only=*/true, matrix.buffer, 0, n);
+  tools.covariance.EnqueueBlock(queue, points, /*lower_only=*/true, matrix.buffer, 0, n);
   const DeviceMatrix of_points = tools.algebra.Upload({variances.data(), n, 1});
   DeviceMatrix floors = opencl::NewDeviceMatrix(context, n, 1);
   tools.algebra.AddNoise(matrix, noise_variance, of_points,
@@ -174,7 +174,7 @@ absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
   const std::vector<double> noise = Filled(variances, x.rows);
   ExactRegression result;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
-    const CovariancePoints<double> points(context, parameters, x, x);
+    const CovariancePoints points(context, parameters, x, x);
     const cl::CommandQueue queue = tools.workspace->queue();
     const CommandsEnd end(queue);
     result =
@@ -195,7 +195,7 @@ absl::StatusOr<int64_t> FactorizeOnDevice(Context& context, const CovariancePara
   const std::vector<double> noise = Filled(variances, x.rows);
   int64_t bad_row = -1;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
-    const CovariancePoints<double> points(context, parameters, x, x);
+    const CovariancePoints points(context, parameters, x, x);
     const cl::CommandQueue queue = tools.workspace->queue();
     const CommandsEnd end(queue);
     const Factored factored =

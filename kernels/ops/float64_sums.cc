@@ -56,9 +56,9 @@ class DeviceSums final : public Float64Sums {
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context_->Borrow(kDoing));
     EGOSIEVE_ASSIGN_OR_RETURN(DeviceLinearAlgebra algebra,
                               DeviceLinearAlgebra::Create(*context_, *workspace));
-    EGOSIEVE_ASSIGN_OR_RETURN(CovarianceKernels covariances,
-                              CovarianceKernels::Create<double>(*context_, *workspace, covariance_,
-                                                                CovarianceKernels::kBlock));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        CovarianceKernels covariances,
+        CovarianceKernels::Create(*context_, *workspace, covariance_, CovarianceKernels::kBlock));
     const int64_t chunk = std::clamp(kChunkValues / inputs_.rows / kLeastQueries * kLeastQueries,
                                      kLeastQueries, kMostQueries);
     for (int64_t begin = 0; begin < queries.rows; begin += chunk) {
@@ -79,12 +79,12 @@ class DeviceSums final : public Float64Sums {
   void EvaluateChunk(const cl::CommandQueue& queue, DeviceLinearAlgebra& algebra,
                      CovarianceKernels& covariances, ConstMatrixView<double> queries,
                      MatrixView<double> sums, double* norms) const {
-    const CovariancePoints<double> points(*context_, covariance_, inputs_, queries);
+    const CovariancePoints points(*context_, covariance_, inputs_, queries);
     std::vector<double> found(weight_count_ * queries.rows);
     const CommandsEnd end(queue);
     DeviceMatrix cross = opencl::NewDeviceMatrix(*context_, inputs_.rows, queries.rows);
-    covariances.EnqueueBlock<double>(queue, points.block(), /*lower_only=*/false, cross.buffer, 0,
-                                     queries.rows);
+    covariances.EnqueueBlock(queue, points.block(), /*lower_only=*/false, cross.buffer, 0,
+                             queries.rows);
     const DeviceMatrix products = algebra.MultiplyTransposed(weights_, cross);
     queue.enqueueReadBuffer(products.buffer, CL_TRUE, 0, found.size() * sizeof(double),
                             found.data());

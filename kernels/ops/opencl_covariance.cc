@@ -22,23 +22,15 @@ int64_t Groups(int64_t rows) { return (rows + kRows - 1) / kRows; }
 
 }  // namespace
 
-template <typename T>
-CovariancePoints<T>::CovariancePoints(const Context& context,
-                                      const CovarianceParameters& parameters,
-                                      ConstMatrixView<double> x, ConstMatrixView<double> z) {
-  const PointPreparation preparation = std::is_same_v<T, float>
-                                           ? PointPreparation(parameters, CentreOf(x))
-                                           : PointPreparation(parameters);
-  rows_ = PrepareRows<double, T>(preparation, x);
-  columns_ = PrepareColumns<double, T>(preparation, z, Lanes<T>(context));
+CovariancePoints::CovariancePoints(const Context& context, const CovarianceParameters& parameters,
+                                   ConstMatrixView<double> x, ConstMatrixView<double> z) {
+  const PointPreparation preparation(parameters);
+  rows_ = PrepareRows<double, double>(preparation, x);
+  columns_ = PrepareColumns<double, double>(preparation, z, Lanes<double>(context));
   block_ = {InputBuffer(context, rows_), InputBuffer(context, columns_.values), x.rows, z.rows,
             columns_.stride};
 }
 
-template class CovariancePoints<float>;
-template class CovariancePoints<double>;
-
-template <typename T>
 absl::StatusOr<CovarianceKernels> CovarianceKernels::Create(Context& context, Workspace& workspace,
                                                             const CovarianceParameters& parameters,
                                                             int what) {
@@ -46,7 +38,7 @@ absl::StatusOr<CovarianceKernels> CovarianceKernels::Create(Context& context, Wo
   kernels.work_group_ = SideBySide(context);
   kernels.scales_ = static_cast<int64_t>(parameters.scales.size());
   kernels.signal_variance_ = parameters.signal_stddev * parameters.signal_stddev;
-  const std::string options = absl::StrCat(BuildOptions<T>(context), " -DROWS=", kRows,
+  const std::string options = absl::StrCat(BuildOptions<double>(context), " -DROWS=", kRows,
                                            " -DWORK_GROUP=", kernels.work_group_);
   const std::string& code = CovarianceCode(parameters);
   if ((what & kBlock) != 0) {
@@ -60,29 +52,17 @@ absl::StatusOr<CovarianceKernels> CovarianceKernels::Create(Context& context, Wo
   return kernels;
 }
 
-template absl::StatusOr<CovarianceKernels> CovarianceKernels::Create<double>(
-    Context&, Workspace&, const CovarianceParameters&, int);
-
-template <typename T>
 void CovarianceKernels::EnqueueBlock(const cl::CommandQueue& queue, const PreparedBlock& points,
                                      bool lower_only, const cl::Buffer& out, int64_t out_first,
                                      int64_t out_stride, const std::vector<cl::Event>* after,
                                      cl::Event* done) {
   SetArguments(block_, points.rows, points.columns, cl_long{points.row_count},
-               cl_long{points.column_count}, cl_long{points.column_stride},
-               static_cast<T>(signal_variance_), cl_int{lower_only}, out, cl_long{out_first},
-               cl_long{out_stride});
+               cl_long{points.column_count}, cl_long{points.column_stride}, signal_variance_,
+               cl_int{lower_only}, out, cl_long{out_first}, cl_long{out_stride});
   queue.enqueueNDRangeKernel(block_, cl::NullRange,
                              cl::NDRange(Groups(points.row_count) * work_group_),
                              cl::NDRange(work_group_), after, done);
 }
-
-template void CovarianceKernels::EnqueueBlock<float>(const cl::CommandQueue&, const PreparedBlock&,
-                                                     bool, const cl::Buffer&, int64_t, int64_t,
-                                                     const std::vector<cl::Event>*, cl::Event*);
-template void CovarianceKernels::EnqueueBlock<double>(const cl::CommandQueue&, const PreparedBlock&,
-                                                      bool, const cl::Buffer&, int64_t, int64_t,
-                                                      const std::vector<cl::Event>*, cl::Event*);
 
 void CovarianceKernels::EnqueueGradient(const cl::CommandQueue& queue, const PreparedBlock& points,
                                         bool lower_only, const cl::Buffer& weights,
@@ -106,34 +86,26 @@ std::vector<double> CovarianceKernels::GradientOf(const std::vector<double>& par
   return gradient;
 }
 
-template <typename T>
 absl::Status CovarianceBlock(Context& context, const CovarianceParameters& parameters,
                              ConstMatrixView<double> x, ConstMatrixView<double> z, bool lower_only,
-                             MatrixView<T> out) {
+                             MatrixView<double> out) {
   if (out.empty()) return absl::OkStatus();
   constexpr char kDoing[] = "computing a covariance matrix";
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
   EGOSIEVE_ASSIGN_OR_RETURN(
       CovarianceKernels kernels,
-      CovarianceKernels::Create<T>(context, *workspace, parameters, CovarianceKernels::kBlock));
+      CovarianceKernels::Create(context, *workspace, parameters, CovarianceKernels::kBlock));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
-    const CovariancePoints<T> points(context, parameters, x, z);
-    OutputBuffer<T> result(context, out, lower_only ? Unwritten::kKept : Unwritten::kPadding);
+    const CovariancePoints points(context, parameters, x, z);
+    OutputBuffer<double> result(context, out, lower_only ? Unwritten::kKept : Unwritten::kPadding);
     const CommandsEnd end(workspace->queue());
-    kernels.EnqueueBlock<T>(workspace->queue(), points.block(), lower_only, result.buffer(), 0,
-                            out.stride);
+    kernels.EnqueueBlock(workspace->queue(), points.block(), lower_only, result.buffer(), 0,
+                         out.stride);
     result.Finish(workspace->queue());
   }));
   context.GiveBack(std::move(workspace));
   return absl::OkStatus();
 }
-
-template absl::Status CovarianceBlock(Context&, const CovarianceParameters&,
-                                      ConstMatrixView<double>, ConstMatrixView<double>, bool,
-                                      MatrixView<float>);
-template absl::Status CovarianceBlock(Context&, const CovarianceParameters&,
-                                      ConstMatrixView<double>, ConstMatrixView<double>, bool,
-                                      MatrixView<double>);
 
 absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        const CovarianceParameters& parameters,
@@ -143,13 +115,13 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
   if (x.rows == 0 || z.rows == 0) return std::vector<double>(parameters.scales.size() + 1, 0.0);
   constexpr char kDoing[] = "computing a covariance gradient";
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
-  EGOSIEVE_ASSIGN_OR_RETURN(CovarianceKernels kernels,
-                            CovarianceKernels::Create<double>(context, *workspace, parameters,
-                                                              CovarianceKernels::kGradient));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      CovarianceKernels kernels,
+      CovarianceKernels::Create(context, *workspace, parameters, CovarianceKernels::kGradient));
   const int64_t rows = CovarianceKernels::GradientRows(x.rows);
   std::vector<double> partial_sums(rows * kernels.GradientColumns());
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
-    const CovariancePoints<double> points(context, parameters, x, z);
+    const CovariancePoints points(context, parameters, x, z);
     const cl::Buffer weights = InputBuffer(context, w);
     OutputBuffer<double> result(
         context, MatrixView<double>(partial_sums.data(), rows, kernels.GradientColumns()),
@@ -184,9 +156,9 @@ absl::StatusOr<cl_event> EnqueueCovarianceBlock(std::shared_ptr<Context> context
   }));
   EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel prepare,
                             (preparation->Kernel<double, double>(*context, *workspace)));
-  EGOSIEVE_ASSIGN_OR_RETURN(CovarianceKernels kernels,
-                            CovarianceKernels::Create<double>(*context, *workspace, parameters,
-                                                              CovarianceKernels::kBlock));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      CovarianceKernels kernels,
+      CovarianceKernels::Create(*context, *workspace, parameters, CovarianceKernels::kBlock));
   const int64_t lanes = Lanes<double>(*context), width = PreparedWidth(parameters);
   auto in_use =
       std::make_unique<CallInUse>(CallInUse{context, std::move(workspace), {preparation}});
@@ -209,9 +181,9 @@ absl::StatusOr<cl_event> EnqueueCovarianceBlock(std::shared_ptr<Context> context
         last = {preparation->Enqueue(prepare, queue, points_of(z),
                                      {block.columns, padded, 1, padded}, last)};
         cl::Event done;
-        kernels.EnqueueBlock<double>(queue, block, /*lower_only=*/false,
-                                     cl::Buffer(out.memory, /*retainObject=*/true), out.first,
-                                     out.stride == 0 ? z.rows : out.stride, &last, &done);
+        kernels.EnqueueBlock(queue, block, /*lower_only=*/false,
+                             cl::Buffer(out.memory, /*retainObject=*/true), out.first,
+                             out.stride == 0 ? z.rows : out.stride, &last, &done);
         last = {done};
       });
 }

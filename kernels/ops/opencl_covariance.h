@@ -1,4 +1,4 @@
-// Covariance matrices and their gradient on an OpenCL device. Arguments must be valid.
+// Covariance matrices and their gradient on an OpenCL device, in float64. Arguments must be valid.
 //
 // On an H200 (33.5 TFLOP/s in float64 without tensor cores, 4.8 TB/s, 132 units of 2,048
 // work-items), counted, not measured, for the arcsine, D = 6 and the lower triangle of n = 4000,
@@ -28,10 +28,9 @@
 namespace egosieve::kernels::opencl {
 
 // C(i, j) = k(x_i, z_j); with `lower_only` only j <= i.
-template <typename T>
 absl::Status CovarianceBlock(Context& context, const CovarianceParameters& parameters,
                              ConstMatrixView<double> x, ConstMatrixView<double> z, bool lower_only,
-                             MatrixView<T> out);
+                             MatrixView<double> out);
 
 // The points of a covariance block in buffers, as kernels read them: rows point by point, columns
 // value by value.
@@ -42,7 +41,6 @@ struct PreparedBlock {
 };
 
 // The points of a covariance block, as kernels read them. Keep it until their commands have ended.
-template <typename T>
 class CovariancePoints {
  public:
   // Throws cl::Error.
@@ -52,22 +50,20 @@ class CovariancePoints {
   const PreparedBlock& block() const { return block_; }
 
  private:
-  std::vector<T> rows_;
-  PreparedColumns<T> columns_;
+  std::vector<double> rows_;
+  PreparedColumns<double> columns_;
   PreparedBlock block_;
 };
 
 // Writes C(i, j), or with `lower_only` its lower triangle, to a device buffer. Throws cl::Error.
 class CovarianceKernels {
  public:
-  enum What { kBlock = 1, kGradient = 2 };  // the gradient: only float64
+  enum What { kBlock = 1, kGradient = 2 };
   // what: bits of What.
-  template <typename T>
   static absl::StatusOr<CovarianceKernels> Create(Context& context, Workspace& workspace,
                                                   const CovarianceParameters& parameters, int what);
 
   // C(0, 0) goes to element `out_first`. The command waits for `after`.
-  template <typename T>
   void EnqueueBlock(const cl::CommandQueue& queue, const PreparedBlock& points, bool lower_only,
                     const cl::Buffer& out, int64_t out_first, int64_t out_stride,
                     const std::vector<cl::Event>* after = nullptr, cl::Event* done = nullptr);

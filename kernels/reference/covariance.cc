@@ -14,9 +14,8 @@ double Covariance(const CovarianceParameters& parameters, const double* x, const
          parameters.function.description().Value(parameters.input_dimension(), a.data(), b.data());
 }
 
-template <typename T>
 void CovarianceBlock(const CovarianceParameters& parameters, ConstMatrixView<double> x,
-                     ConstMatrixView<double> z, bool lower_only, MatrixView<T> out) {
+                     ConstMatrixView<double> z, bool lower_only, MatrixView<double> out) {
   const CovarianceDescription& function = parameters.function.description();
   const int64_t dimension = parameters.input_dimension();
   const double signal_variance = parameters.signal_stddev * parameters.signal_stddev;
@@ -25,15 +24,10 @@ void CovarianceBlock(const CovarianceParameters& parameters, ConstMatrixView<dou
   for (int64_t i = 0; i < x.rows; ++i) {
     const int64_t end = lower_only ? std::min(i + 1, z.rows) : z.rows;
     for (int64_t j = 0; j < end; ++j) {
-      out(i, j) = static_cast<T>(signal_variance * function.Value(dimension, a.row(i), b.row(j)));
+      out(i, j) = signal_variance * function.Value(dimension, a.row(i), b.row(j));
     }
   }
 }
-
-template void CovarianceBlock(const CovarianceParameters&, ConstMatrixView<double>,
-                              ConstMatrixView<double>, bool, MatrixView<float>);
-template void CovarianceBlock(const CovarianceParameters&, ConstMatrixView<double>,
-                              ConstMatrixView<double>, bool, MatrixView<double>);
 
 namespace {
 

@@ -17,9 +17,8 @@ namespace egosieve::kernels::reference {
 double Covariance(const CovarianceParameters& parameters, const double* x, const double* z);
 
 // C(i, j) = k(x_i, z_j); with `lower_only` only j <= i. out: x.rows x z.rows.
-template <typename T>
 void CovarianceBlock(const CovarianceParameters& parameters, ConstMatrixView<double> x,
-                     ConstMatrixView<double> z, bool lower_only, MatrixView<T> out);
+                     ConstMatrixView<double> z, bool lower_only, MatrixView<double> out);
 
 // g_t = sum_ij W_ij dk(x_i, x_j) / d log theta_t, theta = (scales..., sigma_f); W symmetric, lower
 // triangle read.

@@ -10,8 +10,4 @@ cl::Buffer InputBuffer(const Context& context, const void* data, size_t bytes) {
                     const_cast<void*>(data));
 }
 
-cl::Buffer ScratchBuffer(const Context& context, size_t bytes) {
-  return cl::Buffer(context.cl_context(), CL_MEM_READ_WRITE, bytes);
-}
-
 }  // namespace egosieve::kernels

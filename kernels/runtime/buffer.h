@@ -32,9 +32,6 @@ cl::Buffer InputBuffer(const Context& context, const MatrixView<T>& view) {
   return InputBuffer(context, view.data, ((view.rows - 1) * view.stride + view.cols) * sizeof(T));
 }
 
-// Memory that only the device uses.
-cl::Buffer ScratchBuffer(const Context& context, size_t bytes);
-
 // Elements of the output that a kernel does not write. kKept: they keep their values, at the cost
 // of an upload to devices with their own memory. kPadding: the kernel writes the whole matrix, and
 // the padding between rows is kept. kNone: there are no such elements.

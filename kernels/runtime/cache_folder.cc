@@ -1,11 +1,8 @@
 #include "kernels/runtime/cache_folder.h"
 
 #include <cstdlib>
-#include <filesystem>
 
-#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
-#include "kernels/files/atomic_file.h"
 
 namespace egosieve::kernels {
 
@@ -27,16 +24,6 @@ uint64_t HashBytes(std::string_view bytes) {
     hash = (hash ^ static_cast<unsigned char>(byte)) * 1099511628211u;
   }
   return hash;
-}
-
-std::string ReadCacheFile(const std::string& path) {
-  absl::StatusOr<std::string> bytes = ReadFile(path);
-  return bytes.ok() ? *std::move(bytes) : "";
-}
-
-absl::Status WriteCacheFile(const std::string& path, std::string_view bytes) {
-  CreateFolder(std::filesystem::path(path).parent_path().string()).IgnoreError();  // reported below
-  return WriteFileAtomically(path, bytes);
 }
 
 }  // namespace egosieve::kernels

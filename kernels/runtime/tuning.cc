@@ -1,11 +1,13 @@
 #include "kernels/runtime/tuning.h"
 
 #include <array>
+#include <filesystem>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
+#include "kernels/files/atomic_file.h"
 #include "kernels/runtime/cache_folder.h"
 
 namespace egosieve::kernels {
@@ -123,7 +125,7 @@ std::string TuningPath(const DeviceInfo& device) {
 
 KernelTuning LoadTuning(const DeviceInfo& device, const KernelTuning& defaults) {
   const std::string path = TuningPath(device);
-  return path.empty() ? defaults : ParseTuning(ReadCacheFile(path), defaults);
+  return path.empty() ? defaults : ParseTuning(ReadFile(path).value_or(""), defaults);
 }
 
 absl::Status SaveTuning(const DeviceInfo& device, const KernelTuning& tuning) {
@@ -132,7 +134,8 @@ absl::Status SaveTuning(const DeviceInfo& device, const KernelTuning& tuning) {
     return absl::FailedPreconditionError(
         "there is no cache folder: set HOME, XDG_CACHE_HOME or EGOSIEVE_CACHE_DIR");
   }
-  return WriteCacheFile(path, FormatTuning(tuning));
+  CreateFolder(std::filesystem::path(path).parent_path().string()).IgnoreError();  // reported below
+  return WriteFileAtomically(path, FormatTuning(tuning));
 }
 
 }  // namespace egosieve::kernels

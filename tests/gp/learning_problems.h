@@ -121,8 +121,7 @@ inline Hyperparameters GpmlNeuralNetwork(double log_ell, double log_sf, double l
 // k(a_i, b_j), by the reference.
 inline RowMatrix Covariances(const Hyperparameters& theta, const RowMatrix& a, const RowMatrix& b) {
   RowMatrix k(a.rows(), b.rows());
-  kernels::reference::CovarianceBlock<double>(theta.covariance, ViewOf(a), ViewOf(b), false,
-                                              ViewOf(k));
+  kernels::reference::CovarianceBlock(theta.covariance, ViewOf(a), ViewOf(b), false, ViewOf(k));
   return k;
 }
 

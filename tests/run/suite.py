@@ -20,7 +20,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).absolute().parents[2]
 LIBRARIES = ['//tests/kernels/...', '//tests/gp/...', '//tests/vision/...', '//tests/tools/...']
-FAST = ['//tests/kernels/base/...', '//tests/kernels/files/...', '//tests/gp/io/...', '//tests/gp/linalg/...', '//tests/gp/selection/...',
+FAST = ['//tests/kernels/base/...', '//tests/kernels/files/...', '//tests/gp/io/...', '//tests/gp/linalg/...',
         '//tests/vision:parts_test']
 ADDRESS = ['--config=asan', '--config=ubsan']
 BAZEL = ['bazel', 'test', '--keep_going', '--local_test_jobs=2', '--test_summary=short', '--test_output=errors', '--show_progress',

@@ -3,7 +3,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/ops/grid_interpolation.h"
+#include "vision/image/grid_interpolation.h"
 
 namespace egosieve::tools {
 
@@ -17,14 +17,13 @@ absl::Status ClassThresholds::Validate() const {
   return absl::OkStatus();
 }
 
-absl::StatusOr<cv::Mat1f> InterpolateMap(kernels::Context& context, const kernels::ImageGrid& grid,
-                                         const cv::Mat1f& values) {
+absl::StatusOr<cv::Mat1f> InterpolateMap(const vision::ImageGrid& grid, const cv::Mat1f& values) {
   cv::Mat1f full(grid.height, grid.width);
   const kernels::ConstMatrixView<float> in(values.ptr<float>(), values.rows, values.cols,
                                            static_cast<int64_t>(values.step1()));
   const kernels::MatrixView<float> out(full.ptr<float>(), full.rows, full.cols,
                                        static_cast<int64_t>(full.step1()));
-  EGOSIEVE_RETURN_IF_ERROR(kernels::GridInterpolation(context, grid, in, out));
+  EGOSIEVE_RETURN_IF_ERROR(vision::GridInterpolation(grid, in, out));
   return full;
 }
 

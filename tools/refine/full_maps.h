@@ -1,6 +1,6 @@
 // Turns maps on a grid into maps of every pixel and into three classes.
 //
-//   values   linear between the grid's pixels (kernels/ops/grid_interpolation.h)
+//   values   linear between the grid's pixels (vision/image/grid_interpolation.h)
 //   class    0 (static) if p < static_below, 255 (dynamic) if p > dynamic_above, else 128
 #pragma once
 
@@ -8,8 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "kernels/base/image_grid.h"
-#include "kernels/runtime/context.h"
+#include "vision/image/image_grid.h"
 
 namespace egosieve::tools {
 
@@ -22,8 +21,7 @@ struct ClassThresholds {
 };
 
 // values: grid.rows() x grid.columns().
-absl::StatusOr<cv::Mat1f> InterpolateMap(kernels::Context& context, const kernels::ImageGrid& grid,
-                                         const cv::Mat1f& values);
+absl::StatusOr<cv::Mat1f> InterpolateMap(const vision::ImageGrid& grid, const cv::Mat1f& values);
 
 cv::Mat1b ClassifyMap(const cv::Mat1f& probability, const ClassThresholds& thresholds);
 

@@ -79,6 +79,7 @@ void RefineFlags::AddFlags(CLI::App& app) {
   AddObjectFlags(app, options.objects);
   range.AddFlags(app);
   threads.AddFlag(app);
+  // Without effect, for scripts of before: all of this is computed on the host.
   device.AddFlag(app);
   progress.AddFlag(app);
   result.AddFlag(app);
@@ -94,9 +95,7 @@ absl::StatusOr<ExitCode> RunRefine(const RefineFlags& flags) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, flags.range));
   EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, lines));
   flags.threads.Apply();
-  EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, flags.device.Open());
-  EGOSIEVE_ASSIGN_OR_RETURN(const auto run,
-                            RefineRun::Open(device.context, folder, lines, options));
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto run, RefineRun::Open(folder, lines, options));
   Progress progress("refine", flags.progress, run->frames() - run->frames_done_before());
   EGOSIEVE_RETURN_IF_ERROR(run->Run([&] { return progress.AdvanceUninterrupted(); }));
   progress.Finish();

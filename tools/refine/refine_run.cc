@@ -93,11 +93,11 @@ absl::StatusOr<bool> IsResumable(const RunFolder& folder, const std::vector<Fram
          json.value("options", "") == SignatureOf(description, LinesWithPictures(lines), options);
 }
 
-absl::StatusOr<std::unique_ptr<RefineRun>> RefineRun::Open(
-    std::shared_ptr<kernels::Context> context, const RunFolder& folder,
-    const std::vector<FrameLine>& lines, const RefineOptions& options) {
+absl::StatusOr<std::unique_ptr<RefineRun>> RefineRun::Open(const RunFolder& folder,
+                                                           const std::vector<FrameLine>& lines,
+                                                           const RefineOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  std::unique_ptr<RefineRun> run(new RefineRun(std::move(context), folder, options));
+  std::unique_ptr<RefineRun> run(new RefineRun(folder, options));
   EGOSIEVE_ASSIGN_OR_RETURN(run->description_, folder.ReadDescription());
   EGOSIEVE_ASSIGN_OR_RETURN(run->ignored_, folder.ReadIgnoredArea());
   EGOSIEVE_ASSIGN_OR_RETURN(run->source_, OpenPictures(run->description_, options.input));
@@ -159,9 +159,8 @@ absl::StatusOr<vision::WindowFrame> RefineRun::ReadFrame(size_t i) {
   const FrameLine& line = lines_[i];
   EGOSIEVE_ASSIGN_OR_RETURN(const vision::Frame frame, ReadPicture(line, *source_));
   EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      cv::Mat1f probability,
-      InterpolateMap(*context_, GridOf(line, description_), maps.probability));
+  EGOSIEVE_ASSIGN_OR_RETURN(cv::Mat1f probability,
+                            InterpolateMap(GridOf(line, description_), maps.probability));
   probability.setTo(0.0F, IgnoredIn(line, ignored_));
   return vision::MakeWindowFrame(line.time_seconds, frame.image, probability,
                                  has_map_of_its_own_[i]);
@@ -279,9 +278,8 @@ absl::Status RefineRun::WriteChunk(size_t begin, std::vector<FrameResult>& resul
     if (options_.what.deviation) {
       EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps,
                                 folder_.ReadGridMaps(line, description_, true));
-      EGOSIEVE_ASSIGN_OR_RETURN(
-          results[i].deviation,
-          InterpolateMap(*context_, GridOf(line, description_), maps.deviation));
+      EGOSIEVE_ASSIGN_OR_RETURN(results[i].deviation,
+                                InterpolateMap(GridOf(line, description_), maps.deviation));
     }
     if (options_.what.tracks) rows[i] = TrackRows(results[i]);
     return WriteProducts(folder_, options_.what, results[i], description_.deviation_full_scale,

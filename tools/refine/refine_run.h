@@ -16,7 +16,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "kernels/runtime/context.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/frame_range.h"
@@ -76,8 +75,7 @@ inline constexpr char kRefineState[] = "reconstruct.json";
 class RefineRun {
  public:
   // lines: the requested ones. Errors name the fault of the input and its remedy.
-  static absl::StatusOr<std::unique_ptr<RefineRun>> Open(std::shared_ptr<kernels::Context> context,
-                                                         const RunFolder& folder,
+  static absl::StatusOr<std::unique_ptr<RefineRun>> Open(const RunFolder& folder,
                                                          const std::vector<FrameLine>& lines,
                                                          const RefineOptions& options);
 
@@ -90,9 +88,8 @@ class RefineRun {
   absl::Status Run(const std::function<bool()>& after_frame);
 
  private:
-  RefineRun(std::shared_ptr<kernels::Context> context, const RunFolder& folder,
-            const RefineOptions& options)
-      : context_(std::move(context)), folder_(folder), options_(options) {}
+  RefineRun(const RunFolder& folder, const RefineOptions& options)
+      : folder_(folder), options_(options) {}
 
   absl::Status Begin();
   absl::Status StartTracks();
@@ -113,7 +110,6 @@ class RefineRun {
                   std::vector<cv::Mat1w>& numbers);
   absl::Status WriteChunk(size_t begin, std::vector<FrameResult>& results);
 
-  std::shared_ptr<kernels::Context> context_;
   RunFolder folder_;
   cv::Mat1b ignored_;  // RunFolder::ReadIgnoredArea
   RefineOptions options_;

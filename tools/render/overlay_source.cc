@@ -14,10 +14,9 @@
 
 namespace egosieve::tools {
 
-absl::StatusOr<OverlaySource> OverlaySource::Open(std::shared_ptr<kernels::Context> context,
-                                                  const RunFolder& folder,
+absl::StatusOr<OverlaySource> OverlaySource::Open(const RunFolder& folder,
                                                   const std::string& input) {
-  OverlaySource source(std::move(context), folder);
+  OverlaySource source(folder);
   EGOSIEVE_ASSIGN_OR_RETURN(source.description_, folder.ReadDescription());
   EGOSIEVE_ASSIGN_OR_RETURN(source.ignored_, folder.ReadIgnoredArea());
   EGOSIEVE_ASSIGN_OR_RETURN(source.frames_, OpenPictures(source.description_, input));
@@ -40,9 +39,8 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
     return DrawMovers(frame.image, ids, caption, with_ignored);
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      cv::Mat1f probability,
-      InterpolateMap(*context_, GridOf(line, description_), maps.probability));
+  EGOSIEVE_ASSIGN_OR_RETURN(cv::Mat1f probability,
+                            InterpolateMap(GridOf(line, description_), maps.probability));
   probability.setTo(0.0F, with_ignored.ignored);
   return DrawOverlay(frame.image, probability, caption, with_ignored);
 }

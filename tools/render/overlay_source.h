@@ -5,7 +5,6 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "kernels/runtime/context.h"
 #include "tools/render/overlay.h"
 #include "tools/run_folder/run_folder.h"
 #include "vision/frame/frame_source.h"
@@ -18,8 +17,7 @@ class OverlaySource {
  public:
   // `input`, if not empty, replaces the path in run.json. Errors such as NotFound, if the input
   // cannot be opened any more, name the remedy.
-  static absl::StatusOr<OverlaySource> Open(std::shared_ptr<kernels::Context> context,
-                                            const RunFolder& folder, const std::string& input);
+  static absl::StatusOr<OverlaySource> Open(const RunFolder& folder, const std::string& input);
 
   // Whether movers are drawn if refine has numbered them, which is the default, or always the
   // map.
@@ -30,10 +28,8 @@ class OverlaySource {
   absl::StatusOr<cv::Mat3b> Draw(const FrameLine& line, const OverlayOptions& options);
 
  private:
-  OverlaySource(std::shared_ptr<kernels::Context> context, const RunFolder& folder)
-      : context_(std::move(context)), folder_(folder) {}
+  explicit OverlaySource(const RunFolder& folder) : folder_(folder) {}
 
-  std::shared_ptr<kernels::Context> context_;
   RunFolder folder_;
   RunDescription description_;
   cv::Mat1b ignored_;  // RunFolder::ReadIgnoredArea

@@ -46,9 +46,7 @@ class RenderRun {
                               ChooseLines(folder, options_.range));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
     EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, lines));
-    EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, options_.device.Open());
-    EGOSIEVE_ASSIGN_OR_RETURN(OverlaySource overlays,
-                              OverlaySource::Open(device.context, folder, options_.input));
+    EGOSIEVE_ASSIGN_OR_RETURN(OverlaySource overlays, OverlaySource::Open(folder, options_.input));
     overlays.ShowMovers(options_.movers);
     RemoveAbandonedFiles(folder.path());
     Progress progress("render", options_.progress, static_cast<int64_t>(lines.size()));
@@ -181,6 +179,7 @@ class RenderCommand : public Command {
         ->check(Between(0.0, 240.0))
         ->type_name("HZ");
     options_.range.AddFlags(app);
+    // Without effect, for scripts of before: all of this is computed on the host.
     options_.device.AddFlag(app);
     options_.progress.AddFlag(app);
     options_.result.AddFlag(app);

@@ -75,9 +75,7 @@ absl::Status AddPictures(const ReportOptions& options, const RunFolder& folder,
   }
   const std::vector<FrameLine> lines = ChoosePictures(content.lines, options.pictures);
   if (lines.empty()) return absl::OkStatus();
-  EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, options.device.Open());
-  absl::StatusOr<OverlaySource> overlays =
-      OverlaySource::Open(device.context, folder, options.input);
+  absl::StatusOr<OverlaySource> overlays = OverlaySource::Open(folder, options.input);
   if (!overlays.ok()) {
     tell(absl::StrCat("no pictures: ", overlays.status().message()));
     return absl::OkStatus();
@@ -131,6 +129,7 @@ class ReportCommand : public Command {
         ->check(Between(0, 1000))
         ->type_name("NUMBER");
     AddObjectFlags(app, options_.overlay.objects);
+    // Without effect, for scripts of before: all of this is computed on the host.
     options_.device.AddFlag(app);
     options_.progress.AddFlag(app);
     options_.result.AddFlag(app);

@@ -87,9 +87,7 @@ class RunCommand : public Command {
  private:
   absl::StatusOr<ExitCode> RunAll() {
     segment_.resume = segment_.result.quiet = true;
-    segment_.watch = [this](const auto& context, const FrameLine& line) {
-      return Preview(context, line);
-    };
+    segment_.watch = [this](const FrameLine& line) { return Preview(line); };
     if (segment_.directory.empty()) segment_.directory = DefaultFolder(segment_.input);
     const std::string finished = FinishedUtc(segment_.directory);
     EGOSIEVE_ASSIGN_OR_RETURN(const ExitCode code, RunSegment(segment_));
@@ -117,15 +115,14 @@ class RunCommand : public Command {
   }
 
   // Draws the map of the first frame that was learnt from, and of a later one every ten seconds.
-  absl::StatusOr<std::string> Preview(const std::shared_ptr<kernels::Context>& context,
-                                      const FrameLine& line) {
+  absl::StatusOr<std::string> Preview(const FrameLine& line) {
     const auto now = std::chrono::steady_clock::now();
     const bool is_first = !overlays_;
     if (line.outcome != FrameLine::Outcome::kLearnt) return "";
     if (!is_first && now - last_preview_ < kPreviewInterval) return "";
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(segment_.directory));
     if (is_first) {
-      EGOSIEVE_ASSIGN_OR_RETURN(overlays_, OverlaySource::Open(context, folder, ""));
+      EGOSIEVE_ASSIGN_OR_RETURN(overlays_, OverlaySource::Open(folder, ""));
       overlays_->ShowMovers(false);
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat3b picture, overlays_->Draw(line, {}));

@@ -118,7 +118,7 @@ std::string DescribeDifference(const RunDescription& before, const RunDescriptio
         Difference(name, Quoted(before.flags, name), Quoted(now.flags, name));
     if (!difference.empty()) return difference;
   }
-  const auto size = [](const kernels::ImageGrid& grid) {
+  const auto size = [](const vision::ImageGrid& grid) {
     return absl::StrCat(grid.width, " x ", grid.height);
   };
   for (const std::string& difference :

@@ -8,7 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "kernels/base/image_grid.h"
+#include "vision/image/image_grid.h"
 
 namespace egosieve::tools {
 
@@ -28,7 +28,7 @@ struct RunDescription {
     std::vector<std::string> remarks = {};  // FrameSource::remarks
   } input;
 
-  kernels::ImageGrid grid;  // of the maps; its width and height are the frames'
+  vision::ImageGrid grid;  // of the maps; its width and height are the frames'
 
   // A pixel of grid/NNNNNN.prob.png is 65535 p; a pixel of .std.png is 65535 s /
   // deviation_full_scale, where s is the deviation of the latent function f with probability p =

@@ -77,7 +77,7 @@ std::string FinishedUtc(const std::string& out) {
   return description.ok() && description->ended == "done" ? description->finished_utc : "";
 }
 
-kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description) {
+vision::ImageGrid GridOf(const FrameLine& line, const RunDescription& description) {
   return {line.width_pixels, line.height_pixels, description.grid.stride};
 }
 
@@ -244,7 +244,7 @@ absl::StatusOr<cv::Mat1b> RunFolder::ReadIgnoredArea() const {
 absl::StatusOr<FrameMaps> RunFolder::ReadGridMaps(const FrameLine& line,
                                                   const RunDescription& description,
                                                   bool with_deviation) const {
-  const kernels::ImageGrid grid = GridOf(line, description);
+  const vision::ImageGrid grid = GridOf(line, description);
   const cv::Size size(grid.columns(), grid.rows());
   FrameMaps maps;
   EGOSIEVE_ASSIGN_OR_RETURN(maps.probability,

@@ -52,7 +52,7 @@ inline constexpr MapFile kMapFiles[] = {{"grid", ".std.png"}, {"grid", ".prob.pn
 std::string AbsolutePath(const std::string& path);
 
 // The grid of a frame's maps: the run's, but with the frame's own size.
-kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description);
+vision::ImageGrid GridOf(const FrameLine& line, const RunDescription& description);
 
 // Pixels of a frame that do not show the scene: 255, else 0; of the frame's size. `ignored` is the
 // run's ReadIgnoredArea(); the frame's own areas are added.

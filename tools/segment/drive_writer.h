@@ -25,7 +25,7 @@ class DriveWriter {
     explicit Counts(const RunDescription& description)
         : grid(description.grid), baselines(description) {}
 
-    kernels::ImageGrid grid;  // the run's
+    vision::ImageGrid grid;  // the run's
     Baselines baselines;
     int64_t answered = 0;  // frames that could be read and have their map
     int64_t learnt = 0;

@@ -8,7 +8,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "kernels/runtime/context.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
@@ -36,9 +35,7 @@ struct SegmentCall {
   ResultFlag result;
   // Called with every frame that is written, if there is one. What it returns is said beside the
   // progress, if not empty; its error ends the run.
-  std::function<absl::StatusOr<std::string>(const std::shared_ptr<kernels::Context>&,
-                                            const FrameLine&)>
-      watch;
+  std::function<absl::StatusOr<std::string>(const FrameLine&)> watch;
 
   void AddFlags(CLI::App& app);
 

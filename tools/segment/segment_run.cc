@@ -160,7 +160,7 @@ gp::NamedArray Table(const std::vector<Number>& elements, int64_t columns) {
 //   positions  N x 2  places in the labelled frame, pixels
 //   others     N x 2  the same places in the pair's other frame
 //   kind       1      of motion: 0 none, 1 static, 2 homography, 3 fundamental matrix
-absl::Status DumpFeatures(const vision::SegmentedFrame& frame, kernels::Context& context,
+absl::Status DumpFeatures(const vision::SegmentedFrame& frame,
                           const vision::OnlineSegmenterOptions& options,
                           const std::string& directory) {
   if (frame.damage.has_value()) return absl::OkStatus();
@@ -170,15 +170,14 @@ absl::Status DumpFeatures(const vision::SegmentedFrame& frame, kernels::Context&
     return picture;
   };
   const cv::Size size = frame.frame.image.size();
-  const kernels::ImageGrid grid{size.width, size.height, options.stride_pixels};
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const std::vector<float> field,
-      vision::DescribeGrid(context, equalized(frame.frame), grid, options.descriptor));
+  const vision::ImageGrid grid{size.width, size.height, options.stride_pixels};
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<float> field,
+                            vision::DescribeGrid(equalized(frame.frame), grid, options.descriptor));
   std::vector<float> inputs;
   if (labels.size() > 0) {
     EGOSIEVE_ASSIGN_OR_RETURN(
-        inputs, vision::DescribePositions(context, equalized(labels.labelled),
-                                          labels.positions_view(), options.descriptor));
+        inputs, vision::DescribePositions(equalized(labels.labelled), labels.positions_view(),
+                                          options.descriptor));
   }
   const gp::ArrayMap arrays = {
       {"frames", gp::VectorArray<int64_t>({frame.index, labels.labelled.index, labels.first_index,
@@ -295,7 +294,7 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
   std::optional<double> first_seconds;  // of the drive
   const auto write = [&](const vision::SegmentedFrame& frame) {
     if (!features.empty()) {
-      EGOSIEVE_RETURN_IF_ERROR(DumpFeatures(frame, *device.context, options, features));
+      EGOSIEVE_RETURN_IF_ERROR(DumpFeatures(frame, options, features));
     }
     if (call.record) EGOSIEVE_RETURN_IF_ERROR(Record(call.directory, frame));
     EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame, input.frames->image_name(frame.index)));
@@ -306,7 +305,7 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
          {"model size", static_cast<double>(line.model_size)},
          {"dynamic share", line.dynamic_share}});
     if (!call.watch) return absl::OkStatus();
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string news, call.watch(device.context, line));
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string news, call.watch(line));
     if (!news.empty()) progress.Say(news);
     return absl::OkStatus();
   };

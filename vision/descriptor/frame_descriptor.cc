@@ -6,13 +6,13 @@
 namespace egosieve::vision {
 namespace {
 
-absl::StatusOr<kernels::ImageView> View(const Frame& frame) {
+absl::StatusOr<ImageView> View(const Frame& frame) {
   const cv::Mat& image = frame.image;
   if (image.empty() || image.type() != CV_8UC3) {
     return absl::InvalidArgumentError(
         absl::StrCat("frame ", frame.index, ": the image is empty or not 8-bit BGR"));
   }
-  kernels::ImageView view;
+  ImageView view;
   view.data = image.data;
   view.width = image.cols;
   view.height = image.rows;
@@ -23,21 +23,20 @@ absl::StatusOr<kernels::ImageView> View(const Frame& frame) {
 
 }  // namespace
 
-absl::StatusOr<std::vector<float>> DescribePositions(kernels::Context& context, const Frame& frame,
+absl::StatusOr<std::vector<float>> DescribePositions(const Frame& frame,
                                                      kernels::ConstMatrixView<double> positions,
                                                      const DescriptorOptions& options) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const kernels::ImageView view, View(frame));
+  EGOSIEVE_ASSIGN_OR_RETURN(const ImageView view, View(frame));
   std::vector<float> inputs(positions.rows * kDescriptorDimension);
-  EGOSIEVE_RETURN_IF_ERROR(kernels::BoxMeansAt(
-      context, view, positions, options,
-      kernels::MatrixView<float>(inputs.data(), positions.rows, kDescriptorDimension)));
+  EGOSIEVE_RETURN_IF_ERROR(
+      BoxMeansAt(view, positions, options,
+                 kernels::MatrixView<float>(inputs.data(), positions.rows, kDescriptorDimension)));
   return inputs;
 }
 
-absl::StatusOr<std::vector<float>> DescribeGrid(kernels::Context& context, const Frame& frame,
-                                                const kernels::ImageGrid& grid,
+absl::StatusOr<std::vector<float>> DescribeGrid(const Frame& frame, const ImageGrid& grid,
                                                 const DescriptorOptions& options) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const kernels::ImageView view, View(frame));
+  EGOSIEVE_ASSIGN_OR_RETURN(const ImageView view, View(frame));
   EGOSIEVE_RETURN_IF_ERROR(grid.Validate());
   if (grid.width != view.width || grid.height != view.height) {
     return absl::InvalidArgumentError(absl::StrCat("frame ", frame.index, " is ", view.width, "x",
@@ -45,9 +44,9 @@ absl::StatusOr<std::vector<float>> DescribeGrid(kernels::Context& context, const
                                                    grid.height));
   }
   std::vector<float> inputs(grid.size() * kDescriptorDimension);
-  EGOSIEVE_RETURN_IF_ERROR(kernels::BoxMeansOnGrid(
-      context, view, grid, options,
-      kernels::MatrixView<float>(inputs.data(), grid.size(), kDescriptorDimension)));
+  EGOSIEVE_RETURN_IF_ERROR(
+      BoxMeansOnGrid(view, grid, options,
+                     kernels::MatrixView<float>(inputs.data(), grid.size(), kDescriptorDimension)));
   return inputs;
 }
 

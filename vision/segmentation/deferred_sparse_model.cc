@@ -1,7 +1,6 @@
 #include "vision/segmentation/deferred_sparse_model.h"
 
 #include <utility>
-#include <vector>
 
 #include "gp/model/model_checks.h"
 #include "kernels/base/status_macros.h"
@@ -20,11 +19,7 @@ absl::StatusOr<DeferredSparseModel> DeferredSparseModel::Restore(
   return model;
 }
 
-absl::Status DeferredSparseModel::Add(kernels::ConstMatrixView<float> inputs,
-                                      absl::Span<const double> labels, int64_t frame) {
-  const std::vector<double> wide = gp::Widen(inputs);
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, gp::TargetsOfLabels(labels));
-  const gp::Observations added({wide.data(), inputs.rows, inputs.cols}, targets);
+absl::Status DeferredSparseModel::AddObservations(const gp::Observations& added, int64_t frame) {
   EGOSIEVE_RETURN_IF_ERROR(gp::CheckAddition(added, state_.points, input_dimension()));
   gp::PointSet points = state_.points;
   points.Append(added, frame);

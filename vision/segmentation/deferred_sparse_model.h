@@ -32,8 +32,7 @@ class DeferredSparseModel {
                                                      const gp::SparseModelOptions& options);
 
   // Checked like SparseModel's. After an error nothing has changed.
-  absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                   int64_t frame);
+  absl::Status AddObservations(const gp::Observations& added, int64_t frame);
   absl::Status Remove(absl::Span<const int64_t> rows);
   absl::Status SetTargets(kernels::ConstMatrixView<double> targets);
   absl::Status SetHyperparameters(const gp::Hyperparameters& hyperparameters);

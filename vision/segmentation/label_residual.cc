@@ -33,7 +33,7 @@ LabelResidual::LabelResidual(int64_t frame_index, cv::Size size,
                              absl::Span<const double> labels, absl::Span<const float> own) {
   if (positions.rows == 0) return;
   frame_index_ = frame_index;
-  grid_ = kernels::ImageGrid{size.width, size.height, kStridePixels};
+  grid_ = ImageGrid{size.width, size.height, kStridePixels};
   std::vector<double> residuals;
   residuals.reserve(labels.size());
   for (size_t i = 0; i < labels.size(); ++i) {
@@ -48,7 +48,7 @@ LabelResidual::LabelResidual(int64_t frame_index, cv::Size size,
 }
 
 void LabelResidual::Apply(double weight, SegmentationMap& map) const {
-  const kernels::ImageGrid& grid = map.grid;
+  const ImageGrid& grid = map.grid;
   if (steps_.empty() || map.frame_index != frame_index_ || grid.width != grid_.width ||
       grid.height != grid_.height) {
     return;

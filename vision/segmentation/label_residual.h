@@ -26,8 +26,8 @@
 
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
-#include "kernels/base/image_grid.h"
 #include "kernels/base/matrix_view.h"
+#include "vision/image/image_grid.h"
 #include "vision/segmentation/segmentation_map.h"
 
 namespace egosieve::vision {
@@ -46,7 +46,7 @@ class LabelResidual {
 
  private:
   int64_t frame_index_ = -1;
-  kernels::ImageGrid grid_;
+  ImageGrid grid_;
   std::vector<int8_t> steps_;  // grid_.size(); empty: no frame
 };
 

@@ -49,9 +49,10 @@ absl::StatusOr<LearnerModel::Model> LearnerModel::MakeModel(
 absl::Status LearnerModel::Add(kernels::ConstMatrixView<float> inputs,
                                absl::Span<const double> labels, int64_t frame) {
   if (inputs.rows == 0 && labels.empty()) return absl::OkStatus();
-  EGOSIEVE_RETURN_IF_ERROR(
-      std::visit([&](auto& model) { return model.Add(inputs, labels, frame); }, model_));
-  return absl::OkStatus();
+  const std::vector<double> wide = gp::Widen(inputs);
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, gp::TargetsOfLabels(labels));
+  const gp::Observations added({wide.data(), inputs.rows, inputs.cols}, targets);
+  return std::visit([&](auto& model) { return model.AddObservations(added, frame); }, model_);
 }
 
 absl::Status LearnerModel::Remove(absl::Span<const int64_t> rows) {
@@ -143,7 +144,7 @@ double LearnerModel::LogMarginalLikelihood() const {
   const absl::StatusOr<const gp::SparseModel*> sparse =
       std::get<DeferredSparseModel>(model_).Solved();
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  return sparse.ok() ? (*sparse)->LogMarginalLikelihood().value_or(kNone) : kNone;
+  return sparse.ok() ? (*sparse)->LogMarginalLikelihood() : kNone;
 }
 
 absl::StatusOr<gp::LeaveOneOut> LearnerModel::PredictLeaveOneOut(

@@ -71,7 +71,7 @@ void LocationPrior::Apply(SegmentationMap& map) const {
     const double ratio = (frames_ * value / mean + kPriorFrames) / (frames_ + kPriorFrames);
     value = static_cast<float>(std::pow(ratio, options_.weight));
   }
-  const kernels::ImageGrid& grid = map.grid;
+  const ImageGrid& grid = map.grid;
   for (int row = 0; row < grid.rows(); ++row) {
     const Around<float> y = AmongCells(grid.y_pixels(row), grid.height, kCells.rows);
     for (int column = 0; column < grid.columns(); ++column) {

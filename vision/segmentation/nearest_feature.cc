@@ -49,7 +49,7 @@ class FirstNearest {
 }  // namespace
 
 std::vector<float> SpreadToGrid(kernels::ConstMatrixView<double> positions,
-                                const std::vector<double>& values, const kernels::ImageGrid& grid,
+                                const std::vector<double>& values, const ImageGrid& grid,
                                 double otherwise) {
   std::vector<float> spread(grid.size(), static_cast<float>(otherwise));
   if (positions.rows == 0) return spread;

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "kernels/base/image_grid.h"
 #include "kernels/base/matrix_view.h"
+#include "vision/image/image_grid.h"
 
 namespace egosieve::vision {
 
@@ -12,7 +12,7 @@ namespace egosieve::vision {
 // `otherwise` if there are no features. Distances are Euclidean; of equally near features the first
 // one counts. O(grid log N).
 std::vector<float> SpreadToGrid(kernels::ConstMatrixView<double> positions,
-                                const std::vector<double>& values, const kernels::ImageGrid& grid,
+                                const std::vector<double>& values, const ImageGrid& grid,
                                 double otherwise = 0.0);
 
 }  // namespace egosieve::vision

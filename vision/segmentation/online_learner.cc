@@ -11,8 +11,8 @@
 
 #include "absl/strings/str_format.h"
 #include "gp/calibration/leave_one_out.h"
-#include "gp/selection/agreement_filter.h"
 #include "kernels/base/status_macros.h"
+#include "vision/segmentation/agreement_filter.h"
 #include "vision/segmentation/frame_calibration.h"
 #include "vision/segmentation/rows.h"
 #include "vision/segmentation/stage_timer.h"
@@ -154,7 +154,7 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
     arriving = Points();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> means, model_.PredictOwnMean());
     EGOSIEVE_ASSIGN_OR_RETURN(
-        alive, gp::FilterByConsistency(LabelsOf(model_.targets()), PredictionsFromMeans(means)));
+        alive, FilterByConsistency(LabelsOf(model_.targets()), PredictionsFromMeans(means)));
     counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
   } else {
     alive.resize(model_.size());
@@ -213,7 +213,7 @@ absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
     kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
     SelectionCounts& counts) const {
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> selected,
-                            gp::FilterByDensity(inputs, labels, options_.new_point_density));
+                            FilterByDensity(inputs, labels, options_.new_point_density));
   counts.dropped_by_density = inputs.rows - static_cast<int64_t>(selected.size());
   if (!options_.novelty_filter || model_.size() == 0) {
     return selected;
@@ -223,9 +223,8 @@ absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
       const std::vector<float> means,
       model_.PredictMean(kernels::ConstMatrixView<float>(
           candidates.data(), static_cast<int64_t>(selected.size()), inputs.cols)));
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const std::vector<int64_t> novel,
-      gp::FilterByNovelty(Gather(labels, selected), PredictionsFromMeans(means)));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> novel,
+                            FilterByNovelty(Gather(labels, selected), PredictionsFromMeans(means)));
   counts.dropped_by_novelty = static_cast<int64_t>(selected.size() - novel.size());
   std::vector<int64_t> rows;
   rows.reserve(novel.size());
@@ -250,8 +249,8 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
   std::iota(newest_first.rbegin(), newest_first.rend(), 0);
   EGOSIEVE_ASSIGN_OR_RETURN(
       std::vector<int64_t> kept,
-      gp::FilterByDensity(kernels::ConstMatrixView<double>(inputs.data(), total, dimension), labels,
-                          options_.model_density, newest_first));
+      FilterByDensity(kernels::ConstMatrixView<double>(inputs.data(), total, dimension), labels,
+                      options_.model_density, newest_first));
   counts.dropped_by_model_density = total - static_cast<int64_t>(kept.size());
 
   std::vector<int64_t> birth_frames;
@@ -260,9 +259,9 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
     birth_frames.push_back(row < alive_count ? model_.birth_frames()[alive[row]] : frame_index);
   }
   EGOSIEVE_ASSIGN_OR_RETURN(
-      const gp::BudgetDecision decision,
-      gp::EnforceBudget(Gather(labels, kept), birth_frames, frame_index, options_.budget,
-                        RandomRanks(kept.size(), options_.seed, frame_index)));
+      const BudgetDecision decision,
+      EnforceBudget(Gather(labels, kept), birth_frames, frame_index, options_.budget,
+                    RandomRanks(kept.size(), options_.seed, frame_index)));
   counts.dropped_by_age = decision.dropped_for_age;
   counts.dropped_by_budget += decision.dropped_for_budget;
 
@@ -285,7 +284,7 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
 
 absl::Status OnlineLearner::Train(FrameRecord& record) {
   EGOSIEVE_RETURN_IF_ERROR(
-      trainer_.Train(*model_.context(), model_.inputs(), model_.targets()).status());
+      trainer_.Train(*model_.context(), {model_.inputs(), model_.targets()}).status());
   if (trainer_.ShouldRebuild(model_.hyperparameters())) {
     EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(trainer_.hyperparameters()));
     record.factor_rebuilt = true;

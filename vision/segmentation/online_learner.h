@@ -38,12 +38,12 @@
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/io/model_file.h"
 #include "gp/model/posterior.h"
-#include "gp/selection/budget.h"
-#include "gp/selection/density_filter.h"
 #include "gp/training/hyperparameter_trainer.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
+#include "vision/segmentation/budget.h"
+#include "vision/segmentation/density_filter.h"
 #include "vision/segmentation/frame_record.h"
 #include "vision/segmentation/learner_model.h"
 
@@ -55,11 +55,11 @@ struct OnlineLearnerOptions {
   double zero_label = 0.5;           // p0 of (T1); in (0, 0.5]
   bool scales_to_mean_zero = false;  // p0 is the mean label of the model's points instead
   bool random_start = false;         // hyperparameters drawn within their bounds, as in the paper
-  gp::DensityFilterOptions new_point_density{0.08};
+  DensityFilterOptions new_point_density{0.08};
   bool novelty_filter = false;
   bool consistency_filter = false;
-  gp::DensityFilterOptions model_density{0.056};
-  gp::BudgetOptions budget;
+  DensityFilterOptions model_density{0.056};
+  BudgetOptions budget;
   // Largest number of new points per frame, as a share of the budget: a model of one frame alone
   // forgets movers that stop for a moment. While the model is small, as in the first frames, a
   // frame may exceed it and fill the budget. A stratified random sample of the points is kept; the

@@ -9,9 +9,9 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gp/io/model_file.h"
-#include "kernels/base/image_grid.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/equalization.h"
+#include "vision/image/image_grid.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/segmentation/frame_record.h"
 #include "vision/segmentation/labeller_factory.h"
@@ -132,18 +132,17 @@ absl::StatusOr<std::unique_ptr<OnlineSegmenter>> OnlineSegmenter::Create(
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<FrameLabeller> labeller,
                             MakeFrameLabeller(options.labeller));
-  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<OnlineLearner> learner,
-                            OnlineLearner::Create(context, kDescriptorDimension, options.learner));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      std::unique_ptr<OnlineLearner> learner,
+      OnlineLearner::Create(std::move(context), kDescriptorDimension, options.learner));
   return std::unique_ptr<OnlineSegmenter>(
-      new OnlineSegmenter(std::move(context), options, std::move(labeller), std::move(learner)));
+      new OnlineSegmenter(options, std::move(labeller), std::move(learner)));
 }
 
-OnlineSegmenter::OnlineSegmenter(std::shared_ptr<kernels::Context> context,
-                                 const OnlineSegmenterOptions& options,
+OnlineSegmenter::OnlineSegmenter(const OnlineSegmenterOptions& options,
                                  std::unique_ptr<FrameLabeller> labeller,
                                  std::unique_ptr<OnlineLearner> learner)
-    : context_(std::move(context)),
-      options_(options),
+    : options_(options),
       labeller_(std::move(labeller)),
       learner_(std::move(learner)),
       location_prior_(options.location_prior) {}
@@ -192,7 +191,7 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
     {
       StageTimer timer(record.milliseconds.selection);
       EGOSIEVE_ASSIGN_OR_RETURN(
-          inputs, DescribePositions(*context_, Equalized(labels.labelled), labels.positions_view(),
+          inputs, DescribePositions(Equalized(labels.labelled), labels.positions_view(),
                                     options_.descriptor));
     }
     posterior_.reset();
@@ -252,10 +251,9 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
   StageTimer timer(record.milliseconds.inference);
   SegmentationMap map;
   map.frame_index = frame.index;
-  map.grid = kernels::ImageGrid{frame.image.cols, frame.image.rows, options_.stride_pixels};
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const std::vector<float> field,
-      DescribeGrid(*context_, Equalized(frame), map.grid, options_.descriptor));
+  map.grid = ImageGrid{frame.image.cols, frame.image.rows, options_.stride_pixels};
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<float> field,
+                            DescribeGrid(Equalized(frame), map.grid, options_.descriptor));
   const int64_t size = map.grid.size();
   map.probability.resize(size);
   map.mean.resize(size);

@@ -125,8 +125,8 @@ class OnlineSegmenter {
   const OnlineLearner& learner() const { return *learner_; }
 
  private:
-  OnlineSegmenter(std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options,
-                  std::unique_ptr<FrameLabeller> labeller, std::unique_ptr<OnlineLearner> learner);
+  OnlineSegmenter(const OnlineSegmenterOptions& options, std::unique_ptr<FrameLabeller> labeller,
+                  std::unique_ptr<OnlineLearner> learner);
 
   // Residual of the frame's labels against the process right after learning them.
   absl::Status TakeResidual(const LabelledFrame& labels, kernels::ConstMatrixView<float> places);
@@ -134,7 +134,6 @@ class OnlineSegmenter {
   // The frame for the descriptors: equalised if requested.
   Frame Equalized(const Frame& frame) const;
 
-  std::shared_ptr<kernels::Context> context_;
   OnlineSegmenterOptions options_;
   std::unique_ptr<FrameLabeller> labeller_;
   std::unique_ptr<OnlineLearner> learner_;

@@ -4,14 +4,14 @@
 #include <cstdint>
 #include <vector>
 
-#include "kernels/base/image_grid.h"
+#include "vision/image/image_grid.h"
 
 namespace egosieve::vision {
 
 // All vectors have grid.size() elements, row-major over the grid's rows and columns.
 struct SegmentationMap {
   int64_t frame_index = 0;
-  kernels::ImageGrid grid;
+  ImageGrid grid;
   std::vector<float> probability;  // of belonging to a mover
   std::vector<float> mean;         // of f, with labels -1 (static) and 1 (dynamic)
   std::vector<float> deviation;    // standard deviation of f

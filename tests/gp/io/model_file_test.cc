@@ -152,8 +152,7 @@ void Learn(int64_t time, Learner& learner) {
   if (learner.model.size() > 150) {
     ASSERT_TRUE(learner.model.Remove(RandomRows(learner.model.size(), 40, generator)).ok());
   }
-  ASSERT_TRUE(
-      learner.trainer.Train(*TestContext(), learner.model.inputs(), learner.model.targets()).ok());
+  ASSERT_TRUE(learner.trainer.Train(*TestContext(), learner.model.observations()).ok());
   if (learner.trainer.ShouldRebuild(learner.model.hyperparameters())) {
     ASSERT_TRUE(learner.model.SetHyperparameters(learner.trainer.hyperparameters()).ok());
   }

@@ -14,10 +14,10 @@
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
-#include "kernels/ops/box_means.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/testing/area_under_curve.h"
 #include "tests/testing/status.h"
+#include "vision/image/box_means.h"
 
 namespace egosieve::gp {
 namespace {
@@ -59,7 +59,7 @@ void AddSine(double offset, double scale, Model& model) {
   const RowMatrix x = RandomPoints(kPoints, kDimension, generator);
   std::vector<double> y;
   for (int64_t i = 0; i < kPoints; ++i) y.push_back(offset + scale * std::sin(3.0 * x(i, 0)));
-  ASSERT_EQ(model.AddTargets(ViewOf(x), y, 0), absl::OkStatus());
+  ASSERT_EQ(model.AddObservations({ViewOf(x), y}, 0), absl::OkStatus());
 }
 
 RowMatrix Queries() {
@@ -198,7 +198,7 @@ TEST(AdaptivePosterior, DoesNotKnowTheErrorOfClampedVariances) {
     x(i, 0) = static_cast<double>(i) / 115.0 - 1.0;
     y.push_back(std::sin(3.0 * x(i, 0)));
   }
-  ASSERT_TRUE(model.AddTargets(ViewOf(x), y, 0).ok());
+  ASSERT_TRUE(model.AddObservations({ViewOf(x), y}, 0).ok());
   const AdaptivePosterior posterior = PosteriorOf(model);
   const auto error = Value(posterior.Error(/*with_variance=*/true));
   EXPECT_TRUE(std::isinf(error.variance));
@@ -259,7 +259,7 @@ TEST(Float64Posterior, StaysAsItWasWhileTheModelChanges) {
   auto model = Value(ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1)));
   AddSine(0.0, 1.0, model);
   const RowMatrix one = RowMatrix::Constant(1, kDimension, 0.1);
-  ASSERT_TRUE(model.AddTargets(ViewOf(one), {2.0}, 0).ok());  // with memory for more
+  ASSERT_TRUE(model.AddObservations({ViewOf(one), {2.0}}, 0).ok());  // with memory for more
   const auto posterior = *model.MakeFloat64Posterior();
   const RowMatrix queries = Queries();
   const Results before = Evaluate(*posterior, ViewOf(queries));
@@ -268,11 +268,11 @@ TEST(Float64Posterior, StaysAsItWasWhileTheModelChanges) {
     EXPECT_EQ(now.mean, before.mean) << after;
     EXPECT_EQ(now.variance, before.variance) << after;
   };
-  ASSERT_TRUE(model.AddTargets(ViewOf(one), {2.0}, 0).ok());
+  ASSERT_TRUE(model.AddObservations({ViewOf(one), {2.0}}, 0).ok());
   expect_unchanged("Add");
   ASSERT_TRUE(model.Remove({kPoints - 3, kPoints - 1}).ok());
   expect_unchanged("Remove");
-  ASSERT_TRUE(model.AddTargets(ViewOf(one), {2.0}, 0).ok());
+  ASSERT_TRUE(model.AddObservations({ViewOf(one), {2.0}}, 0).ok());
   expect_unchanged("Add after Remove");
   ASSERT_TRUE(model.SetHyperparameters(ThetaOf("matern32", 0.2)).ok());
   expect_unchanged("SetHyperparameters");
@@ -308,11 +308,11 @@ Frame SampleFrame(const cv::Mat& image, const cv::Mat& mask, std::mt19937_64& ge
     const bool wrong = generator() % 10 == 0;
     if (i < kTraining) frame.labels.push_back(wrong ? 1.0 - frame.truth[i] : frame.truth[i]);
   }
-  const kernels::ImageView view{image.data, image.cols, image.rows, 3,
-                                static_cast<ptrdiff_t>(image.step)};
+  const vision::ImageView view{image.data, image.cols, image.rows, 3,
+                               static_cast<ptrdiff_t>(image.step)};
   NarrowMatrix descriptors(pixels.rows(), 6);
-  EXPECT_EQ(kernels::BoxMeansAt(*TestContext(), view, ViewOf(pixels), {},
-                                {descriptors.data(), descriptors.rows(), descriptors.cols()}),
+  EXPECT_EQ(vision::BoxMeansAt(view, ViewOf(pixels), {},
+                               {descriptors.data(), descriptors.rows(), descriptors.cols()}),
             absl::OkStatus());
   frame.inputs = descriptors.cast<double>();
   return frame;

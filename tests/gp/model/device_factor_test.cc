@@ -150,7 +150,8 @@ TEST(DeviceFactor, PredictsThereInFloat64) {
   theta.mean = MeanFunction::kZero;
   const auto sparse = [&](const std::shared_ptr<kernels::Context>& context) {
     auto model = SparseModel::Create(context, theta, {.inducing_points = 90});
-    EXPECT_TRUE(model.ok() && model->AddTargets(ViewOf(points.inputs), points.labels, 0).ok());
+    EXPECT_TRUE(model.ok() &&
+                model->AddObservations({ViewOf(points.inputs), points.labels}, 0).ok());
     return *std::move(model);
   };
   ExpectSamePredictions(sparse(TestContext()), sparse(OwnMemory()));

@@ -247,7 +247,7 @@ TEST(ExactModel, RefactorizingForgetsTheHistory) {
 TEST(ExactModel, GpmlsNumbers) {
   const RegressionData data = GpmlDemo();
   ExactModel model = MakeModel(GpmlNeuralNetwork(0.0, 0.0, std::log(0.1)));
-  ASSERT_TRUE(model.AddTargets(ViewOf(data.inputs), data.targets, 0).ok());
+  ASSERT_TRUE(model.AddObservations({ViewOf(data.inputs), data.targets}, 0).ok());
   // GPML 3.6: infExact, covNNone. Tolerances: 1e-10 of the number.
   EXPECT_NEAR(model.LogMarginalLikelihood(), -224.6467058483673, 224.6 * 1e-10);
   const auto left_out = Value(model.PredictLeaveOneOut());

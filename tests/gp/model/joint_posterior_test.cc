@@ -91,7 +91,7 @@ TEST(SeveralOutputs, AreAsManyModelsWithOneFactor) {
   for (int64_t c = 0; c < 3; ++c) {
     auto alone = ExactModel::Create(TestContext(), problem.theta);
     const std::vector<double> y(problem.y.col(c).begin(), problem.y.col(c).end());
-    ASSERT_TRUE(alone->AddTargets(ViewOf(problem.x), y, 0).ok());
+    ASSERT_TRUE(alone->AddObservations({ViewOf(problem.x), y}, 0).ok());
     ASSERT_TRUE(alone->Remove({0, 5, 6, 119}).ok());
     const auto one = Value(Predict(*alone, ViewOf(problem.queries), PredictWhat::kMeanAndVariance));
     for (int64_t i = 0; i < 40; ++i) {
@@ -113,7 +113,8 @@ TEST(SeveralOutputs, StayAsManyAsTheyAre) {
   auto generator = TestGenerator();
   const Problem problem(20, 2, generator);
   ExactModel model = problem.Model();
-  const absl::Status status = model.AddTargets(ViewOf(RowMatrix(problem.x.topRows(1))), {1.0}, 0);
+  const absl::Status status =
+      model.AddObservations({ViewOf(RowMatrix(problem.x.topRows(1))), {1.0}}, 0);
   EXPECT_THAT(status, IsInvalid("1 outputs; the model's points have 2"));
   float probability = 0.0f;
   const float query[3] = {0.0f, 0.0f, 0.0f};
@@ -122,7 +123,7 @@ TEST(SeveralOutputs, StayAsManyAsTheyAre) {
   std::vector<int64_t> all(20);
   std::iota(all.begin(), all.end(), 0);
   ASSERT_TRUE(model.Remove(all).ok());
-  EXPECT_TRUE(model.AddTargets(ViewOf(RowMatrix(problem.x.topRows(1))), {1.0}, 0).ok());
+  EXPECT_TRUE(model.AddObservations({ViewOf(RowMatrix(problem.x.topRows(1))), {1.0}}, 0).ok());
   EXPECT_EQ(model.outputs(), 1);
 }
 

@@ -199,12 +199,12 @@ TEST(MeanFunction, NeedsPointsThatDetermineIt) {
   const auto predicted = [&] { return Predict(model, {query, 1, 2}, PredictWhat::kMean).status(); };
   EXPECT_EQ(predicted().code(), absl::StatusCode::kFailedPrecondition);
   const double on_a_line[6] = {0.0, 0.0, 1.0, 1.0, 2.0, 2.0};
-  ASSERT_TRUE(model.AddTargets({on_a_line, 3, 2}, {1.0, 2.0, 3.0}, 0).ok());
+  ASSERT_TRUE(model.AddObservations({{on_a_line, 3, 2}, {1.0, 2.0, 3.0}}, 0).ok());
   EXPECT_THAT(predicted().message(), HasSubstr("3 points do not determine the 3 coefficients"));
   EXPECT_EQ(model.MakePosterior({}).status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_TRUE(std::isnan(model.LogMarginalLikelihood()));
   const double beside_it[2] = {1.0, -1.0};
-  ASSERT_TRUE(model.AddTargets({beside_it, 1, 2}, {0.5}, 0).ok());
+  ASSERT_TRUE(model.AddObservations({{beside_it, 1, 2}, {0.5}}, 0).ok());
   EXPECT_TRUE(predicted().ok()) << predicted();
   // Without the last point the others lie on the line again.
   EXPECT_EQ(model.PredictLeaveOneOut({3}).status().code(), absl::StatusCode::kFailedPrecondition);
@@ -288,7 +288,7 @@ TEST(NoiseByPoint, ReachesTheTrainer) {
   const auto trained = [&](absl::Span<const double> noise) {
     auto trainer = Value(HyperparameterTrainer::Create(
         points.theta, HyperparameterBounds::Default(CovarianceFunction::kArcsine, 4), options));
-    EXPECT_TRUE(trainer.Train(*TestContext(), ViewOf(points.x), points.y, noise).ok());
+    EXPECT_TRUE(trainer.Train(*TestContext(), {ViewOf(points.x), points.y, noise}).ok());
     return ToLogarithms(trainer.hyperparameters());
   };
   const std::vector<double> zeros(80, 0.0);
@@ -296,7 +296,8 @@ TEST(NoiseByPoint, ReachesTheTrainer) {
   EXPECT_NE(trained(points.noise), trained({}));
   auto trainer = HyperparameterTrainer::Create(
       points.theta, HyperparameterBounds::Default(CovarianceFunction::kArcsine, 4), options);
-  EXPECT_THAT(trainer->Train(*TestContext(), ViewOf(points.x), points.y, {1.0}), IsInvalid());
+  const std::vector<double> one = {1.0};
+  EXPECT_THAT(trainer->Train(*TestContext(), {ViewOf(points.x), points.y, one}), IsInvalid());
 }
 
 TEST(NoiseByPoint, RefusesWhatIsNoVariance) {

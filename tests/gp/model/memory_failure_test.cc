@@ -75,8 +75,8 @@ TEST(MemoryFailure, AnExactModelStaysWhole) {
   const auto x = ViewOf(points.inputs);
   const std::vector<double> y = points.targets();
   const auto add = [&](ExactModel& model, int64_t begin, int64_t end) {
-    return model.AddTargets(x.rows_between(begin, end),
-                            absl::MakeConstSpan(y).subspan(begin, end - begin), begin);
+    return model.AddObservations(
+        {x.rows_between(begin, end), absl::MakeConstSpan(y).subspan(begin, end - begin)}, begin);
   };
   ExactModel model = *ExactModel::Create(
       HostContext(), DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension));
@@ -114,7 +114,7 @@ TEST(MemoryFailure, AnExactModelKeepsTheRowsThatItCannotRemove) {
         DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension);
     hyperparameters.mean = mean_function;
     ExactModel model = *ExactModel::Create(HostContext(), hyperparameters);
-    ASSERT_TRUE(model.AddTargets(ViewOf(points.inputs), points.targets(), 0).ok());
+    ASSERT_TRUE(model.AddObservations({ViewOf(points.inputs), points.targets()}, 0).ok());
     ASSERT_FALSE(model.factor().RefactoringIsCheaper({3, 17, 18, 199}));
     const std::vector<double> mean = model.PredictOwnMean();
     const RowMatrix factor = CopyOf(model.factor().Factor());
@@ -185,7 +185,7 @@ TEST(MemoryFailure, APosteriorOnSeveralDevicesWritesNothing) {
   const LabelledPoints points = NoisyBlobs(30, kDimension, generator);
   ExactModel model = *ExactModel::Create(
       HostContext(), DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension));
-  ASSERT_TRUE(model.AddTargets(ViewOf(points.inputs), points.targets(), 0).ok());
+  ASSERT_TRUE(model.AddObservations({ViewOf(points.inputs), points.targets()}, 0).ok());
   const auto posterior = *model.MakePosterior({}, {}, {HostContext(), HostContext()});
   const RowMatrix queries = RandomPoints(kQueries, kDimension, generator);
   std::vector<float> expected(kQueries);

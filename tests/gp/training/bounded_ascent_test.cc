@@ -99,7 +99,7 @@ TEST(Hyperparameters, LogarithmsGoThereAndBack) {
     EXPECT_TRUE(bounds.Validate(theta.count()).ok());
     const std::vector<double> logarithms = ToLogarithms(theta);
     EXPECT_TRUE(bounds.Contains(logarithms));
-    const auto back = Value(FromLogarithms(function, logarithms));
+    const auto back = Value(FromLogarithms(theta, logarithms));
     EXPECT_NEAR(back.noise_stddev, theta.noise_stddev, 1e-15);
     EXPECT_NEAR(back.covariance.scales[2], theta.covariance.scales[2],
                 4e-15 * theta.covariance.scales[2]);
@@ -121,9 +121,11 @@ TEST(Hyperparameters, RefusesNonsense) {
     theta.noise_stddev = bad;
     EXPECT_THAT(theta.Validate(), IsInvalid()) << bad;
   }
-  EXPECT_FALSE(FromLogarithms(CovarianceFunction::kArcsine, {0.0, 0.0}).ok());
-  EXPECT_FALSE(FromLogarithms(CovarianceFunction::kArcsine, {0.0, 0.0, 800.0, 0.0}).ok());
-  EXPECT_FALSE(FromLogarithms(CovarianceFunction::kArcsine, {0.0, std::nan(""), 0.0, 0.0}).ok());
+  const Hyperparameters like = DefaultHyperparameters(CovarianceFunction::kArcsine, 1);
+  EXPECT_FALSE(FromLogarithms(like, {0.0, 0.0}).ok());
+  EXPECT_FALSE(FromLogarithms(like, {0.0, 0.0, 0.0, 0.0, 0.0}).ok());
+  EXPECT_FALSE(FromLogarithms(like, {0.0, 0.0, 800.0, 0.0}).ok());
+  EXPECT_FALSE(FromLogarithms(like, {0.0, std::nan(""), 0.0, 0.0}).ok());
   HyperparameterBounds bounds = HyperparameterBounds::Default(CovarianceFunction::kArcsine, 2);
   EXPECT_FALSE(bounds.Validate(4).ok());
   bounds.lower[1] = 100.0;
@@ -176,8 +178,8 @@ absl::StatusOr<LaplaceApproximation> Approximate(const kernels::CovarianceParame
 MatrixXd Covariances(const kernels::CovarianceParameters& parameters, const Problem& problem) {
   const auto n = static_cast<int64_t>(problem.labels.size());
   std::vector<double> k(n * n);
-  EXPECT_TRUE(kernels::CovarianceMatrix<double>(*TestContext(), parameters, ViewOf(problem.inputs),
-                                                0.0, kernels::Triangle::kFull, {k.data(), n, n})
+  EXPECT_TRUE(kernels::CovarianceMatrix(*TestContext(), parameters, ViewOf(problem.inputs), 0.0,
+                                        kernels::Triangle::kFull, {k.data(), n, n})
                   .ok());
   return MatrixXd::Map(k.data(), n, n);
 }

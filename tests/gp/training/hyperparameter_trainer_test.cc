@@ -65,7 +65,7 @@ TEST(HyperparameterTrainer, RaisesTheLikelihoodAndSettles) {
   int64_t idle = 0;
   for (int round = 0; round < 60; ++round) {
     const auto report =
-        Value(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets()));
+        Value(trainer.Train(*TestContext(), {ViewOf(points.inputs), points.targets()}));
     EXPECT_EQ(report.evaluations > 40, round == 0);  // those of the annealing
     idle += report.steps == 0;
   }
@@ -86,7 +86,7 @@ void ExpectSettled(const LabelledPoints& points, HyperparameterTrainer& trainer)
   std::vector<int64_t> steps;
   for (int round = 0; round < 9; ++round) {
     steps.push_back(
-        Value(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets())).steps);
+        Value(trainer.Train(*TestContext(), {ViewOf(points.inputs), points.targets()})).steps);
   }
   EXPECT_EQ(steps, (std::vector<int64_t>{25, 0, 0, 0, 2, 0, 0, 0, 2}));
 }
@@ -102,7 +102,7 @@ TEST(HyperparameterTrainer, DoesLessWhenSettledAndNoticesChange) {
   LabelledPoints changed = points;
   for (double& label : changed.labels) label = generator() % 2 == 0 ? 0.0 : 1.0;
   const auto report =
-      Value(trainer.Train(*TestContext(), ViewOf(changed.inputs), changed.targets()));
+      Value(trainer.Train(*TestContext(), {ViewOf(changed.inputs), changed.targets()}));
   EXPECT_EQ(report.steps, 2);
 }
 
@@ -137,7 +137,7 @@ TEST(HyperparameterTrainer, AnIndefiniteFrameIsForgotten) {
   const LabelledPoints apart = NoisyBlobs(60, 3, generator);
   const LabelledPoints alike = TwoPlaces(60);
   const auto train = [&](const LabelledPoints& points) {
-    ASSERT_TRUE(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets()).ok());
+    ASSERT_TRUE(trainer.Train(*TestContext(), {ViewOf(points.inputs), points.targets()}).ok());
   };
   for (int round = 0; round < 3; ++round) train(apart);
   ASSERT_TRUE(trainer.state().smoothed_objective.has_value());
@@ -154,7 +154,7 @@ TEST(HyperparameterTrainer, GoesOnFromItsStateBitForBit) {
   const LabelledPoints points = NoisyBlobs(300, 3, generator);
   const auto train = [&](HyperparameterTrainer& trainer, int rounds) {
     for (int round = 0; round < rounds; ++round) {
-      ASSERT_TRUE(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets()).ok());
+      ASSERT_TRUE(trainer.Train(*TestContext(), {ViewOf(points.inputs), points.targets()}).ok());
     }
   };
   HyperparameterTrainer whole = MakeTrainer(QuickOptions());
@@ -177,15 +177,15 @@ TEST(HyperparameterTrainer, LearnsNothingFromTooLittle) {
   HyperparameterTrainer trainer = MakeTrainer(QuickOptions());
   auto generator = TestGenerator();
   LabelledPoints points = NoisyBlobs(10, 3, generator);
-  auto report = trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets());
+  auto report = trainer.Train(*TestContext(), {ViewOf(points.inputs), points.targets()});
   ASSERT_TRUE(report.ok());
   EXPECT_STREQ(report->reason, "too few points");
   points = NoisyBlobs(100, 3, generator);
   points.labels.assign(100, 0.2);
-  report = trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets());
+  report = trainer.Train(*TestContext(), {ViewOf(points.inputs), points.targets()});
   ASSERT_TRUE(report.ok());
   EXPECT_STREQ(report->reason, "one class only");
-  report = trainer.Train(*TestContext(), ViewOf(RowMatrix(0, 3)), {});
+  report = trainer.Train(*TestContext(), {ViewOf(RowMatrix(0, 3)), absl::Span<const double>()});
   ASSERT_TRUE(report.ok());
   EXPECT_EQ(trainer.state().rounds, 0);
   EXPECT_EQ(ToLogarithms(trainer.hyperparameters()),

@@ -41,7 +41,7 @@ TEST_P(GradientLaw, EqualsFiniteDifferences) {
     const auto value = [&](double step) {
       std::vector<double> moved = logarithms;
       moved[t] += step;
-      return Likelihood(*FromLogarithms(function, moved), points.inputs, y, LikelihoodOrder::kValue)
+      return Likelihood(*FromLogarithms(theta, moved), points.inputs, y, LikelihoodOrder::kValue)
           ->value;
     };
     const double tolerance = 1e-9 * (1.0 + n) + 2.2e-16 * n / 0.09 * std::abs(at.value) / h;
@@ -213,7 +213,7 @@ TEST(SparseLikelihood, FitcIsTheModelsOwn) {
   ASSERT_TRUE(model.AddObservations(problem.data(), 0).ok());
   ASSERT_TRUE(model.SetInducingInputs(ViewOf(problem.inducing)).ok());
   EXPECT_NEAR(problem.At(problem.theta, problem.inducing, SparseApproximation::kFitc).value,
-              Value(model.LogMarginalLikelihood()), 1e-10 * 70);
+              model.LogMarginalLikelihood(), 1e-10 * 70);
 }
 
 TEST(SparseLikelihood, RefusesWhatItIsNotOf) {

@@ -39,7 +39,7 @@ class EveryFunction : public testing::TestWithParam<std::tuple<std::string, int6
 
   RowMajor Gram(const CovarianceParameters& parameters) const {
     RowMajor k(kCount, kCount);
-    reference::CovarianceBlock<double>(parameters, x_, x_, false, {k.data(), kCount, kCount});
+    reference::CovarianceBlock(parameters, x_, x_, false, {k.data(), kCount, kCount});
     return k;
   }
 
@@ -110,8 +110,8 @@ TEST_P(EveryFunction, InputDerivativesAreFiniteDifferences) {
     std::vector<double> moved = others;
     for (int64_t i = 0; i < kCount; ++i) moved[i * dimension_ + d] += offset;
     RowMajor k(kCount, kCount);
-    reference::CovarianceBlock<double>(parameters_, {moved.data(), kCount, dimension_}, x_, false,
-                                       {k.data(), kCount, kCount});
+    reference::CovarianceBlock(parameters_, {moved.data(), kCount, dimension_}, x_, false,
+                               {k.data(), kCount, kCount});
     return Eigen::VectorXd(k.cwiseProduct(w).rowwise().sum());
   };
   for (int64_t d = 0; d < dimension_; ++d) {
@@ -239,8 +239,8 @@ TEST(Columns, FactorTheSquaredExponential) {
   CovarianceParameters apart = ParametersOf("squared_exponential[0] * squared_exponential[2]", 3);
   all.scales = apart.scales = {0.7, 1.9};
   RowMajor k(20, 20), product(20, 20);
-  reference::CovarianceBlock<double>(all, x, x, false, {k.data(), 20, 20});
-  reference::CovarianceBlock<double>(apart, x, x, false, {product.data(), 20, 20});
+  reference::CovarianceBlock(all, x, x, false, {k.data(), 20, 20});
+  reference::CovarianceBlock(apart, x, x, false, {product.data(), 20, 20});
   // Exponents of up to 20 are rounded to 10 eps of theirs, that is to 200 eps of k.
   EXPECT_TRUE(k.isApprox(product, 200 * 2.2e-16));
   EXPECT_EQ(all.function.description().ScaleCount(3), 2);
@@ -249,8 +249,8 @@ TEST(Columns, FactorTheSquaredExponential) {
   for (int64_t i = 0; i < 20; ++i) two.insert(two.end(), {points[3 * i], points[3 * i + 2]});
   CovarianceParameters plain = ParametersOf("squared_exponential", 2);
   plain.scales = all.scales;
-  reference::CovarianceBlock<double>(plain, {two.data(), 20, 2}, {two.data(), 20, 2}, false,
-                                     {product.data(), 20, 20});
+  reference::CovarianceBlock(plain, {two.data(), 20, 2}, {two.data(), 20, 2}, false,
+                             {product.data(), 20, 20});
   EXPECT_EQ(k, product);
 }
 

@@ -13,6 +13,7 @@
 #include "kernels/reference/covariance.h"
 #include "kernels/reference/dense_posterior.h"
 #include "tests/kernels/covariance/expressions.h"
+#include "tests/kernels/float32_covariances.h"
 #include "tests/kernels/test_data.h"
 #include "tests/testing/status.h"
 
@@ -50,18 +51,15 @@ class OnTheDevice : public testing::TestWithParam<std::tuple<std::string, int64_
     return (4.0 * norm + 60.0) * variance;
   }
 
-  template <typename T>
-  void ExpectReferencesMatrix(double unit_roundoff) {
-    GuardedMatrix<T> actual(kCount, kCount, 3);
+  // k(i, j): the covariance of points i and j.
+  template <typename Matrix>
+  void ExpectReferencesMatrix(const Matrix& k, double unit_roundoff) {
     GuardedMatrix<double> expected(kCount, kCount, 0);
-    ASSERT_EQ(CrossCovariance<T>(*TestContext(), parameters_, x_, x_, actual.view()),
-              absl::OkStatus());
-    EXPECT_TRUE(actual.guards_intact());
-    reference::CovarianceBlock<double>(parameters_, x_, x_, false, expected.view());
+    reference::CovarianceBlock(parameters_, x_, x_, false, expected.view());
     const double signal = parameters_.signal_stddev * parameters_.signal_stddev;
     for (int64_t i = 0; i < kCount; ++i) {
       for (int64_t j = 0; j < kCount; ++j) {
-        ASSERT_NEAR(actual(i, j), expected(i, j), Roundings() * unit_roundoff * signal)
+        ASSERT_NEAR(k(i, j), expected(i, j), Roundings() * unit_roundoff * signal)
             << i << ", " << j;
       }
     }
@@ -75,8 +73,13 @@ class OnTheDevice : public testing::TestWithParam<std::tuple<std::string, int64_
 };
 
 TEST_P(OnTheDevice, ValuesAreTheReferences) {
-  ExpectReferencesMatrix<float>(std::ldexp(1.0, -24));
-  ExpectReferencesMatrix<double>(std::ldexp(1.0, -53));
+  const std::vector<float> narrow = Float32Covariances(TestContext(), parameters_, x_, x_);
+  ExpectReferencesMatrix(ConstMatrixView<float>(narrow.data(), kCount, kCount),
+                         std::ldexp(1.0, -24));
+  GuardedMatrix<double> wide(kCount, kCount, 3);
+  ASSERT_EQ(CrossCovariance(*TestContext(), parameters_, x_, x_, wide.view()), absl::OkStatus());
+  EXPECT_TRUE(wide.guards_intact());
+  ExpectReferencesMatrix(wide, std::ldexp(1.0, -53));
 }
 
 TEST_P(OnTheDevice, DerivativesAreTheReferences) {
@@ -153,24 +156,20 @@ INSTANTIATE_TEST_SUITE_P(UnrolledInputs, OnTheDevice,
                          testing::Combine(testing::Values("arcsine"), testing::Values(32)), NameOf);
 
 // Between three places, with unit scale and deviation.
-GuardedMatrix<float> UnitCovariances(const std::string& name, const double (&x)[3]) {
+std::vector<float> UnitCovariances(const std::string& name, const double (&x)[3]) {
   CovarianceParameters parameters = ParametersOf(name, 1);
   parameters.scales = {1.0};
   parameters.signal_stddev = 1.0;
-  GuardedMatrix<float> k(3, 3);
-  EXPECT_TRUE(
-      CovarianceMatrix<float>(*TestContext(), parameters, {x, 3, 1}, 0.0, Triangle::kFull, k.view())
-          .ok());
-  return k;
+  return Float32Covariances(TestContext(), parameters, {x, 3, 1}, {x, 3, 1});
 }
 
 // Inputs far from zero: the distance keeps its digits, since a centre is taken away first.
 TEST(DeviceCovariance, IsAccurateFarFromZero) {
   const double x[3] = {4000.0, 4000.7, 4001.9};
-  const GuardedMatrix<float> k = UnitCovariances("squared_exponential", x);
+  const std::vector<float> k = UnitCovariances("squared_exponential", x);
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
-      EXPECT_NEAR(k(i, j), std::exp(-0.5 * (x[i] - x[j]) * (x[i] - x[j])), 2e-6);
+      EXPECT_NEAR(k[3 * i + j], std::exp(-0.5 * (x[i] - x[j]) * (x[i] - x[j])), 2e-6);
     }
   }
 }
@@ -178,9 +177,9 @@ TEST(DeviceCovariance, IsAccurateFarFromZero) {
 // At distances whose square float32 cannot hold, too.
 TEST(DeviceCovariance, OfStationaryFunctionsVanishesFarAway) {
   for (const char* name : {"squared_exponential", "matern12", "matern32", "matern52"}) {
-    const GuardedMatrix<float> k = UnitCovariances(name, {0.0, 1e19, 1e30});
+    const std::vector<float> k = UnitCovariances(name, {0.0, 1e19, 1e30});
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) EXPECT_EQ(k(i, j), i == j ? 1.0f : 0.0f) << name;
+      for (int j = 0; j < 3; ++j) EXPECT_EQ(k[3 * i + j], i == j ? 1.0f : 0.0f) << name;
     }
   }
 }

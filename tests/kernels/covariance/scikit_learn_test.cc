@@ -108,11 +108,11 @@ TEST(ScikitLearn, AgreesOnCovariancesLikelihoodAndPosterior) {
     const kernels::ConstMatrixView<double> x(&kInputs[0][0], 5, numbers.dimension, 3);
     const kernels::ConstMatrixView<double> queries(&kQueries[0][0], 2, numbers.dimension, 3);
     double k[5][5];
-    ASSERT_TRUE(kernels::CovarianceMatrix<double>(*context, theta.covariance, x, 0.0,
-                                                  kernels::Triangle::kFull, {&k[0][0], 5, 5})
+    ASSERT_TRUE(kernels::CovarianceMatrix(*context, theta.covariance, x, 0.0,
+                                          kernels::Triangle::kFull, {&k[0][0], 5, 5})
                     .ok());
     auto model = Value(ExactModel::Create(context, theta));
-    ASSERT_TRUE(model.AddTargets(x, kTargets, 0).ok());
+    ASSERT_TRUE(model.AddObservations({x, kTargets}, 0).ok());
     double mean[2], variance[2];
     ASSERT_TRUE(Value(model.MakeFloat64Posterior())->Evaluate(queries, mean, variance).ok());
     const std::array<double, 9> values = {

@@ -5,6 +5,7 @@
 
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/reference/covariance.h"
+#include "tests/kernels/float32_covariances.h"
 #include "tests/kernels/test_data.h"
 #include "tests/testing/status.h"
 
@@ -46,30 +47,39 @@ std::vector<CovarianceParameters> ArcsineFamilies() {
   return families;
 }
 
-template <typename T>
-double WorstError(const CovarianceParameters& parameters, const std::vector<double>& points) {
-  const int64_t dimension = parameters.input_dimension();
-  const int64_t n = static_cast<int64_t>(points.size()) / dimension;
-  GuardedMatrix<T> out(n, n, 3);
-  const ConstMatrixView<double> x(points.data(), n, dimension);
-  EXPECT_EQ(CrossCovariance<T>(*TestContext(), parameters, x, x, out.view()), absl::OkStatus());
-  EXPECT_TRUE(out.guards_intact());
+// Of the points' covariances k(i, j), over sigma_f^2.
+template <typename Matrix>
+double WorstError(const CovarianceParameters& parameters, ConstMatrixView<double> x,
+                  const Matrix& k) {
   double worst = 0.0;
-  for (int64_t i = 0; i < n; ++i) {
-    for (int64_t j = 0; j < n; ++j) {
+  for (int64_t i = 0; i < x.rows; ++i) {
+    for (int64_t j = 0; j < x.rows; ++j) {
       const long double exact = ExactCovariance(parameters, x.row(i), x.row(j));
-      const double error = static_cast<double>(std::abs(out(i, j) - exact));
+      const double error = static_cast<double>(std::abs(k(i, j) - exact));
       if (!(error <= worst)) worst = error;
     }
   }
   return worst / (parameters.signal_stddev * parameters.signal_stddev);
 }
 
+double WorstFloat32Error(const CovarianceParameters& parameters, ConstMatrixView<double> x) {
+  const std::vector<float> k = Float32Covariances(TestContext(), parameters, x, x);
+  return WorstError(parameters, x, ConstMatrixView<float>(k.data(), x.rows, x.rows));
+}
+
+double WorstFloat64Error(const CovarianceParameters& parameters, ConstMatrixView<double> x) {
+  GuardedMatrix<double> k(x.rows, x.rows, 3);
+  EXPECT_EQ(CrossCovariance(*TestContext(), parameters, x, x, k.view()), absl::OkStatus());
+  EXPECT_TRUE(k.guards_intact());
+  return WorstError(parameters, x, k);
+}
+
 TEST(CovarianceMatrix, ArcsineInFloatIsWithinOneMillionthOnAwkwardInputs) {
   std::mt19937_64 random = TestRandom();
   const std::vector<double> points = AwkwardPoints(random, 6);
+  const ConstMatrixView<double> x(points.data(), static_cast<int64_t>(points.size()) / 6, 6);
   for (const CovarianceParameters& parameters : ArcsineFamilies()) {
-    EXPECT_LE(WorstError<float>(parameters, points), 1e-6)
+    EXPECT_LE(WorstFloat32Error(parameters, x), 1e-6)
         << "weights " << parameters.scales[0] << ", " << parameters.scales[1] << ", ...";
   }
 }
@@ -77,42 +87,42 @@ TEST(CovarianceMatrix, ArcsineInFloatIsWithinOneMillionthOnAwkwardInputs) {
 TEST(CovarianceMatrix, ArcsineInDoubleKeepsTheSameBoundInItsOwnRoundoff) {
   std::mt19937_64 random = TestRandom();
   const std::vector<double> points = AwkwardPoints(random, 6);
+  const ConstMatrixView<double> x(points.data(), static_cast<int64_t>(points.size()) / 6, 6);
   // The float bound, 1e-6 = 16.8 u, with u = 2^-53.
   for (const CovarianceParameters& parameters : ArcsineFamilies()) {
-    EXPECT_LE(WorstError<double>(parameters, points), 16.8 * std::ldexp(1.0, -53));
+    EXPECT_LE(WorstFloat64Error(parameters, x), 16.8 * std::ldexp(1.0, -53));
   }
 }
 
 TEST(CovarianceMatrix, SquaredExponentialIsAccurate) {
   std::mt19937_64 random = TestRandom();
   const std::vector<double> points = AwkwardPoints(random, 3);
+  const ConstMatrixView<double> x(points.data(), static_cast<int64_t>(points.size()) / 3, 3);
   for (const double length : {0.1, 1.0, 10.0}) {
     const CovarianceParameters parameters =
         SquaredExponentialParameters({length, length, 2 * length}, 1.5);
     // Rounding x / l moves |x - x'| / l by at most 2 u sqrt(3) / l, and exp(-r^2 / 2) by 0.61 times
     // that; the sum, the polynomial and the scaling add less than 10 u.
     const double units = 0.61 * 2 * std::sqrt(3.0) / length + 10;
-    EXPECT_LE(WorstError<float>(parameters, points), units * std::ldexp(1.0, -24));
-    EXPECT_LE(WorstError<double>(parameters, points), units * std::ldexp(1.0, -53));
+    EXPECT_LE(WorstFloat32Error(parameters, x), units * std::ldexp(1.0, -24));
+    EXPECT_LE(WorstFloat64Error(parameters, x), units * std::ldexp(1.0, -53));
   }
 }
 
-template <typename T>
 void ExpectTriangleAndFullAgree(int64_t n) {
   std::mt19937_64 random = TestRandom();
   const CovarianceParameters parameters = ArcsineParameters({1, 2, 3}, 1.2);
   const std::vector<double> points = RandomPoints(random, n, 2);
   const ConstMatrixView<double> x(points.data(), n, 2);
-  GuardedMatrix<T> full(n, n, 5);
-  GuardedMatrix<T> lower(n, n, 2);
+  GuardedMatrix<double> full(n, n, 5);
+  GuardedMatrix<double> lower(n, n, 2);
   ASSERT_TRUE(
-      CovarianceMatrix<T>(*TestContext(), parameters, x, 0.25, Triangle::kFull, full.view()).ok());
+      CovarianceMatrix(*TestContext(), parameters, x, 0.25, Triangle::kFull, full.view()).ok());
   ASSERT_TRUE(
-      CovarianceMatrix<T>(*TestContext(), parameters, x, 0.25, Triangle::kLower, lower.view())
-          .ok());
+      CovarianceMatrix(*TestContext(), parameters, x, 0.25, Triangle::kLower, lower.view()).ok());
   EXPECT_TRUE(full.guards_intact());
   EXPECT_TRUE(lower.guards_intact());
-  const double u = std::numeric_limits<T>::epsilon() / 2;
+  const double u = std::numeric_limits<double>::epsilon() / 2;
   for (int64_t i = 0; i < n; ++i) {
     for (int64_t j = 0; j < n; ++j) {
       const double noise = i == j ? 0.25 : 0.0;
@@ -120,15 +130,15 @@ void ExpectTriangleAndFullAgree(int64_t n) {
                   static_cast<double>(ExactCovariance(parameters, x.row(i), x.row(j))) + noise,
                   20 * u * 1.44);
       ASSERT_EQ(full(i, j), full(j, i));
-      ASSERT_EQ(lower(i, j), j <= i ? full(i, j) : GuardedMatrix<T>::kCanary) << i << ", " << j;
+      ASSERT_EQ(lower(i, j), j <= i ? full(i, j) : GuardedMatrix<double>::kCanary)
+          << i << ", " << j;
     }
   }
 }
 
 TEST(CovarianceMatrix, TrianglesAtSizesAroundEveryBlock) {
   for (const int64_t n : {0, 1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 100}) {
-    ExpectTriangleAndFullAgree<double>(n);
-    ExpectTriangleAndFullAgree<float>(n);
+    ExpectTriangleAndFullAgree(n);
   }
 }
 
@@ -139,16 +149,11 @@ TEST(CovarianceMatrix, DevicesWithoutFloat64LeaveDoublesToTheHost) {
   const std::vector<double> points = RandomPoints(random, 30, 2);
   const ConstMatrixView<double> x(points.data(), 30, 2);
   GuardedMatrix<double> doubles(30, 30);
-  GuardedMatrix<float> floats(30, 30);
-  ASSERT_TRUE(
-      CovarianceMatrix<double>(*context, parameters, x, 0.0, Triangle::kFull, doubles.view()).ok());
-  ASSERT_TRUE(
-      CovarianceMatrix<float>(*context, parameters, x, 0.0, Triangle::kFull, floats.view()).ok());
+  ASSERT_TRUE(CovarianceMatrix(*context, parameters, x, 0.0, Triangle::kFull, doubles.view()).ok());
   for (int i = 0; i < 30; ++i) {
     for (int j = 0; j < 30; ++j) {
       const double exact = static_cast<double>(ExactCovariance(parameters, x.row(i), x.row(j)));
       ASSERT_NEAR(doubles(i, j), exact, 16.8 * std::ldexp(1.0, -53));
-      ASSERT_NEAR(floats(i, j), exact, 1e-6);
     }
   }
 }
@@ -159,9 +164,9 @@ TEST(CovarianceMatrix, RectanglesOfEverySizeStayInTheirBounds) {
   const std::vector<double> points = RandomPoints(random, 40, 2);
   for (const int64_t rows : {0, 1, 4, 5}) {
     for (const int64_t cols : {0, 1, 7, 8, 9, 15, 16, 17, 33}) {
-      GuardedMatrix<float> out(rows, cols, 1);
-      ASSERT_TRUE(CrossCovariance<float>(*TestContext(), parameters, {points.data(), rows, 2},
-                                         {points.data() + 10, cols, 2}, out.view())
+      GuardedMatrix<double> out(rows, cols, 1);
+      ASSERT_TRUE(CrossCovariance(*TestContext(), parameters, {points.data(), rows, 2},
+                                  {points.data() + 10, cols, 2}, out.view())
                       .ok());
       EXPECT_TRUE(out.guards_intact()) << rows << " x " << cols;
       for (int64_t i = 0; i < rows; ++i) {
@@ -184,7 +189,7 @@ TEST(CovarianceMatrix, BadArgumentsAreNamedAndNothingIsWritten) {
   const auto message_of = [&](const CovarianceParameters& parameters, ConstMatrixView<double> x,
                               double noise) {
     const absl::Status status =
-        CovarianceMatrix<double>(*TestContext(), parameters, x, noise, Triangle::kFull, out.view());
+        CovarianceMatrix(*TestContext(), parameters, x, noise, Triangle::kFull, out.view());
     EXPECT_THAT(status, IsInvalid());
     EXPECT_TRUE(out.untouched());
     return std::string(status.message());

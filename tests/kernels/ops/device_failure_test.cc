@@ -5,16 +5,15 @@
 #include <functional>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
-#include "kernels/ops/box_means.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/ops/exact_regression.h"
-#include "kernels/ops/grid_interpolation.h"
 #include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/failing_calls.h"
 #include "tests/kernels/ops/posterior_test.h"
@@ -24,7 +23,9 @@
 namespace egosieve::kernels {
 namespace {
 
-using Outputs = std::vector<GuardedMatrix<float>>;
+template <typename T>
+using OutputsOf = std::vector<GuardedMatrix<T>>;
+using Outputs = OutputsOf<float>;
 
 // Whether a call comes after the kernel was started.
 bool IsAfterTheStart(const std::string& call) {
@@ -32,7 +33,8 @@ bool IsAfterTheStart(const std::string& call) {
          call == "clEnqueueReadBuffer" || call == "clFinish";
 }
 
-void ExpectSame(const Outputs& actual, const Outputs& expected, int64_t size) {
+template <typename T>
+void ExpectSame(const OutputsOf<T>& actual, const OutputsOf<T>& expected, int64_t size) {
   for (size_t o = 0; o < expected.size(); ++o) {
     EXPECT_TRUE(actual[o].guards_intact());
     for (int64_t i = 0; i < size; ++i)
@@ -49,12 +51,14 @@ class DeviceFailureTest : public testing::Test {
 
   // `operation` fills `outputs` matrices of 1 x size. staged: not even a failure after the kernel's
   // start leaves anything in them.
-  void FailEveryCall(const std::function<absl::Status(Outputs&)>& operation, int outputs,
-                     int64_t size, bool staged) {
-    const Outputs empty(outputs, GuardedMatrix<float>(1, size));
-    Outputs expected = empty;
+  template <typename T = float>
+  void FailEveryCall(
+      const std::type_identity_t<std::function<absl::Status(OutputsOf<T>&)>>& operation,
+      int outputs, int64_t size, bool staged) {
+    const OutputsOf<T> empty(outputs, GuardedMatrix<T>(1, size));
+    OutputsOf<T> expected = empty;
     // With nothing that earlier calls left in the contexts.
-    const auto run = [&](Outputs& out) {
+    const auto run = [&](OutputsOf<T>& out) {
       TestContext()->ReleaseIdle();
       SideBySideContext()->ReleaseIdle();
       return operation(out);
@@ -65,7 +69,7 @@ class DeviceFailureTest : public testing::Test {
       constexpr int kManyCalls = 1000;
       for (int nth = 0; nth < kManyCalls; ++nth) {
         SCOPED_TRACE(testing::Message() << call << " number " << nth);
-        Outputs actual = empty;
+        OutputsOf<T> actual = empty;
         const bool lost = nth % 2 == 1;
         FailCall(call, nth, lost ? CL_DEVICE_NOT_AVAILABLE : CL_OUT_OF_RESOURCES);
         const absl::Status status = run(actual);
@@ -73,7 +77,7 @@ class DeviceFailureTest : public testing::Test {
         if (status.ok()) {
           // A wait that only makes sure of what has ended.
           ASSERT_EQ(call, "clFinish");
-          ExpectSame(actual, expected, size);
+          ExpectSame<T>(actual, expected, size);
           continue;
         }
         exercised.insert(call);
@@ -82,15 +86,15 @@ class DeviceFailureTest : public testing::Test {
         EXPECT_TRUE(
             absl::StrContains(absl::AsciiStrToLower(status.message()), absl::AsciiStrToLower(call)))
             << status;
-        for (const GuardedMatrix<float>& output : actual) {
+        for (const GuardedMatrix<T>& output : actual) {
           EXPECT_TRUE(output.guards_intact());
           if (staged || !IsAfterTheStart(call)) {
             EXPECT_TRUE(output.untouched());
           }
         }
-        Outputs again = empty;
+        OutputsOf<T> again = empty;
         ASSERT_EQ(run(again), absl::OkStatus());
-        ExpectSame(again, expected, size);
+        ExpectSame<T>(again, expected, size);
         ASSERT_LT(nth, kManyCalls - 1);
       }
     }
@@ -197,11 +201,11 @@ TEST_F(DeviceFailureTest, EnqueuedPosterior) {
 TEST_F(DeviceFailureTest, CovarianceMatrix) {
   constexpr int64_t kPoints = 20;
   const std::vector<double> points = RandomPoints(random_, kPoints, 2);
-  FailEveryCall(
-      [&](Outputs& out) {
-        return CovarianceMatrix<float>(*TestContext(), ArcsineParameters({1, 2, 3}),
-                                       {points.data(), kPoints, 2}, 0.1, Triangle::kFull,
-                                       {out[0].data(), kPoints, kPoints});
+  FailEveryCall<double>(
+      [&](OutputsOf<double>& out) {
+        return CovarianceMatrix(*TestContext(), ArcsineParameters({1, 2, 3}),
+                                {points.data(), kPoints, 2}, 0.1, Triangle::kFull,
+                                {out[0].data(), kPoints, kPoints});
       },
       1, kPoints * kPoints, /*staged=*/false);
 }
@@ -226,11 +230,11 @@ TEST_F(DeviceFailureTest, CrossCovarianceAndItsGradient) {
   const std::vector<double> points = RandomPoints(random_, kPoints, 2);
   const std::vector<double> others = RandomPoints(random_, kOthers, 2);
   const std::vector<double> weights = RandomPoints(random_, kPoints, kOthers);
-  FailEveryCall(
-      [&](Outputs& out) {
-        return CrossCovariance<float>(*TestContext(), ArcsineParameters({1, 2, 3}),
-                                      {points.data(), kPoints, 2}, {others.data(), kOthers, 2},
-                                      {out[0].data(), kPoints, kOthers});
+  FailEveryCall<double>(
+      [&](OutputsOf<double>& out) {
+        return CrossCovariance(*TestContext(), ArcsineParameters({1, 2, 3}),
+                               {points.data(), kPoints, 2}, {others.data(), kOthers, 2},
+                               {out[0].data(), kPoints, kOthers});
       },
       1, kPoints * kOthers, /*staged=*/false);
   FailEveryCall(
@@ -278,34 +282,6 @@ TEST_F(DeviceFailureTest, ExactRegression) {
       EXPECT_EQ(again.gradient, good.gradient);
     }
     EXPECT_GE(failures, 1) << call << " never failed";
-  }
-}
-
-TEST_F(DeviceFailureTest, Images) {
-  std::vector<uint8_t> pixels(19 * 11 * 3);
-  for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random_());
-  const ImageView image = {pixels.data(), 19, 11, 3, 19 * 3};
-  const ImageGrid grid = {19, 11, 5};
-  const std::vector<double> points = {0.0, 0.0, 18.0, 10.0, 7.3, 4.6};
-  std::vector<float> values(grid.size());
-  for (float& value : values) value = static_cast<float>(Uniform(random_, 0.0, 1.0));
-  const ConstMatrixView<float> map(values.data(), grid.rows(), grid.columns());
-  for (const auto& context : {TestContext(), SideBySideContext()}) {
-    FailEveryCall(
-        [&](Outputs& out) {
-          return BoxMeansOnGrid(*context, image, grid, {}, {out[0].data(), grid.size(), 6});
-        },
-        1, grid.size() * 6, /*staged=*/false);
-    FailEveryCall(
-        [&](Outputs& out) {
-          return BoxMeansAt(*context, image, {points.data(), 3, 2}, {}, {out[0].data(), 3, 6});
-        },
-        1, 18, /*staged=*/false);
-    FailEveryCall(
-        [&](Outputs& out) {
-          return GridInterpolation(*context, grid, map, {out[0].data(), 11, 19});
-        },
-        1, 11 * 19, /*staged=*/false);
   }
 }
 

@@ -40,8 +40,8 @@ constexpr double kNoise = 0.2;
 // K + diag(noise), by the reference.
 Matrix NoisyCovariance(const CovarianceParameters& parameters, const Data& data) {
   Matrix covariance(data.n, data.n);
-  reference::CovarianceBlock<double>(parameters, data.x(), data.x(), false,
-                                     {covariance.data(), data.n, data.n});
+  reference::CovarianceBlock(parameters, data.x(), data.x(), false,
+                             {covariance.data(), data.n, data.n});
   for (int64_t i = 0; i < data.n; ++i) covariance(i, i) += kNoise + data.variances[i];
   return covariance;
 }

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "kernels/base/covariance_parameters.h"
-#include "kernels/ops/box_means.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/opencl_context.h"
@@ -48,23 +47,6 @@ class KernelVariants : public testing::Test {
   std::shared_ptr<Context> context_;
 };
 
-TEST_F(KernelVariants, TheNumberOfPointsMakesNoNewOnes) {
-  const std::vector<uint8_t> pixels(32 * 24, 100);
-  const ImageView image = {pixels.data(), 32, 24, 1, 32};
-  std::vector<int64_t> counts = {63, 64, 65, 127, 128, 129, 1000, 2001};
-  for (int64_t count = 1; count <= 24; ++count) counts.push_back(count);
-  for (const int64_t count : counts) {
-    const std::vector<double> points(2 * count, 5.0);
-    std::vector<float> out(kBoxMeanColumns * count);
-    ASSERT_TRUE(BoxMeansAt(*context_, image, {points.data(), count, 2}, {},
-                           {out.data(), count, kBoxMeanColumns})
-                    .ok());
-  }
-  const std::set<std::string> variants = Variants(Folder(), "box_means_at");
-  if (variants.empty()) GTEST_SKIP() << "this device keeps nothing in POCL_CACHE_DIR";
-  EXPECT_EQ(variants.size(), 1u);
-}
-
 TEST_F(KernelVariants, TheSizeOfTheModelMakesNoNewOnes) {
   constexpr int64_t kDimension = 6;
   const CovarianceParameters parameters = {CovarianceFunction::kArcsine,
@@ -72,8 +54,8 @@ TEST_F(KernelVariants, TheSizeOfTheModelMakesNoNewOnes) {
   for (const int64_t size : {1, 2, 3, 5, 7, 16, 17, 31, 64, 65, 200, 301}) {
     const std::vector<double> x(size * kDimension, 0.5);
     std::vector<double> out(size * size);
-    ASSERT_TRUE(CovarianceMatrix<double>(*context_, parameters, {x.data(), size, kDimension}, 0.01,
-                                         Triangle::kLower, {out.data(), size, size})
+    ASSERT_TRUE(CovarianceMatrix(*context_, parameters, {x.data(), size, kDimension}, 0.01,
+                                 Triangle::kLower, {out.data(), size, size})
                     .ok());
   }
   const std::set<std::string> variants = Variants(Folder(), "covariance_block");

@@ -124,13 +124,13 @@ TEST(Context, BuildErrorsCarryTheCompilersLogAndTheContextStaysUsable) {
   const auto context = Value(OpenContext());
   if (context->is_reference()) GTEST_SKIP() << "the reference compiles nothing";
   const auto kernel =
-      context->Kernel("image.cl", "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=oops", "box_means_on_grid");
+      context->Kernel("roofline.cl", "-cl-std=CL1.2 -DVEC=1 -DCHAINS=oops", "multiply_add");
   ASSERT_FALSE(kernel.ok());
   EXPECT_THAT(kernel.status().message(), testing::HasSubstr("clBuildProgram"));
   EXPECT_THAT(kernel.status().message(), testing::HasSubstr("oops"));
-  const std::string good = "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=3";
-  EXPECT_TRUE(context->Kernel("image.cl", good, "box_means_on_grid").ok());
-  EXPECT_FALSE(context->Kernel("image.cl", good, "no_such_kernel").ok());
+  const std::string good = "-cl-std=CL1.2 -DVEC=1 -DCHAINS=3";
+  EXPECT_TRUE(context->Kernel("roofline.cl", good, "multiply_add").ok());
+  EXPECT_FALSE(context->Kernel("roofline.cl", good, "no_such_kernel").ok());
 }
 
 // Processor time of every thread of this process, in clock ticks, by its number.
@@ -156,8 +156,8 @@ int64_t ThreadsAtWork(Context& context, int64_t points) {
   std::vector<double> out(points * points);
   const CovarianceParameters parameters{CovarianceFunction::kSquaredExponential, {0.3}};
   const auto compute = [&] {
-    return CrossCovariance<double>(context, parameters, {x.data(), points, 1},
-                                   {x.data(), points, 1}, {out.data(), points, points});
+    return CrossCovariance(context, parameters, {x.data(), points, 1}, {x.data(), points, 1},
+                           {out.data(), points, points});
   };
   EXPECT_TRUE(compute().ok());  // compiles
   const auto before = TicksOfThreads();
@@ -237,7 +237,7 @@ TEST_F(DriverCheck, PoclIsNotStartedWhereItWouldAbort) {
 // A table of kernel shapes in the user's cache folder would decide what tests run.
 TEST(CacheFolder, ThatOfTestsIsNotTheUsers) {
   EXPECT_EQ(CacheFolder(), "/dev/null/none");
-  EXPECT_FALSE(WriteCacheFile(CacheFolder() + "/file", "x").ok());
+  EXPECT_FALSE(SaveTuning(ReferenceDevice(), DefaultTuning(4)).ok());
 }
 
 TEST(CacheFolder, TheMostSpecificVariableWins) {
@@ -260,28 +260,6 @@ TEST(HashBytes, IsFnv1a) {
   EXPECT_EQ(HashBytes(""), 0xcbf29ce484222325u);
   EXPECT_EQ(HashBytes("a"), 0xaf63dc4c8601ec8cu);
   EXPECT_EQ(HashBytes("foobar"), 0x85944171f73967e8u);
-}
-
-TEST(WriteCacheFile, MakesFoldersReplacesFilesAndLeavesNoTemporary) {
-  const std::filesystem::path folder =
-      std::filesystem::path(testing::TempDir()) / "cache" / "below";
-  const std::string path = (folder / "file").string();
-  const std::string bytes("a\0b\n", 4);
-  ASSERT_TRUE(WriteCacheFile(path, "old").ok());
-  ASSERT_TRUE(WriteCacheFile(path, bytes).ok());
-  EXPECT_EQ(ReadCacheFile(path), bytes);
-  int files = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder)) ++files;
-  EXPECT_EQ(files, 1);
-}
-
-TEST(WriteCacheFile, SaysWhatCannotBeWritten) {
-  const std::string file = testing::TempDir() + "/plain";
-  ASSERT_TRUE(WriteCacheFile(file, "x").ok());
-  const absl::Status status = WriteCacheFile(file + "/below", "x");
-  EXPECT_FALSE(status.ok());
-  EXPECT_THAT(status.message(), testing::HasSubstr(file + "/below"));
-  EXPECT_EQ(ReadCacheFile(file + "/below"), "");
 }
 
 TEST(Tuning, ATableIsReadBackForItsDeviceAlone) {
@@ -337,7 +315,7 @@ TEST(Sources, NoFunctionIsInlineAlone) {
   int functions = 0;
   for (const char* file :
        {"common.cl", "covariance.cl", "covariance_gradient.cl", "dense_posterior.cl",
-        "dense_posterior_local.cl", "image.cl", "posterior_outputs.cl", "roofline.cl"}) {
+        "dense_posterior_local.cl", "linear_algebra.cl", "posterior_outputs.cl", "roofline.cl"}) {
     const std::string text(cl_sources::Text(file));
     ASSERT_FALSE(text.empty()) << file;
     for (const absl::string_view line : absl::StrSplit(text, '\n')) {

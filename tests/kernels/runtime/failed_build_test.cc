@@ -55,8 +55,8 @@ TEST(FailedBuild, IsNotReleased) {
   ASSERT_TRUE(context.ok()) << context.status();
   if ((*context)->is_reference()) GTEST_SKIP() << "the reference compiles nothing";
   const auto builds = [&](const std::string& more) {
-    const std::string flags = "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=1" + more;
-    return (*context)->Kernel("image.cl", flags, "grid_interpolation").ok();
+    const std::string flags = "-cl-std=CL1.2 -DVEC=1 -DCHAINS=1" + more;
+    return (*context)->Kernel("roofline.cl", flags, "multiply_add").ok();
   };
   ASSERT_TRUE(builds(""));
   fails = true;

@@ -17,8 +17,8 @@ namespace {
 absl::Status Compute(Context& context) {
   const double x[3] = {0.1, 0.2, 0.5};
   double k[9];
-  return CovarianceMatrix<double>(context, {CovarianceFunction::kSquaredExponential, {1.0}, 1.0},
-                                  {x, 3, 1}, 0.0, Triangle::kFull, {k, 3, 3});
+  return CovarianceMatrix(context, {CovarianceFunction::kSquaredExponential, {1.0}, 1.0}, {x, 3, 1},
+                          0.0, Triangle::kFull, {k, 3, 3});
 }
 
 // Which of the things that must be refused are not; called in the child.

@@ -8,16 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "kernels/ops/box_means.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/ops/device_linear_algebra.h"
 #include "kernels/ops/exact_regression.h"
-#include "kernels/ops/grid_interpolation.h"
 #include "kernels/reference/covariance.h"
 #include "kernels/reference/dense_posterior.h"
-#include "kernels/reference/image.h"
 #include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/test_data.h"
 #include "tests/testing/status.h"
@@ -68,15 +65,14 @@ CovarianceParameters EveryFunction() {
   return parameters;
 }
 
-template <typename T>
 void RunCovariance(Context& context, const CovarianceParameters& parameters, const Inputs& inputs) {
-  std::vector<T> actual(kPoints * kPoints), expected(kPoints * kPoints);
+  std::vector<double> actual(kPoints * kPoints), expected(kPoints * kPoints);
   for (const Triangle triangle : {Triangle::kFull, Triangle::kLower}) {
-    ASSERT_EQ(CovarianceMatrix<T>(context, parameters, inputs.x(), 0.0, triangle,
-                                  {actual.data(), kPoints, kPoints}),
+    ASSERT_EQ(CovarianceMatrix(context, parameters, inputs.x(), 0.0, triangle,
+                               {actual.data(), kPoints, kPoints}),
               absl::OkStatus());
-    reference::CovarianceBlock<T>(parameters, inputs.x(), inputs.x(), triangle == Triangle::kLower,
-                                  {expected.data(), kPoints, kPoints});
+    reference::CovarianceBlock(parameters, inputs.x(), inputs.x(), triangle == Triangle::kLower,
+                               {expected.data(), kPoints, kPoints});
     ExpectNear(actual, expected, "covariance matrix");
   }
   const ConstMatrixView<double> weights(inputs.factor.data(), kPoints, kPoints);
@@ -144,8 +140,8 @@ void RunRegression(Context& context, const CovarianceParameters& parameters, con
   const auto found = Value(RegressOnDevice(context, parameters, inputs.x(), y, noise, {}, true));
   ASSERT_EQ(found.bad_row, -1);
   std::vector<double> k(kPoints * kPoints), product(kPoints);
-  reference::CovarianceBlock<double>(parameters, inputs.x(), inputs.x(), false,
-                                     {k.data(), kPoints, kPoints});
+  reference::CovarianceBlock(parameters, inputs.x(), inputs.x(), false,
+                             {k.data(), kPoints, kPoints});
   for (int64_t i = 0; i < kPoints; ++i) {
     product[i] = noise * found.alpha[i];
     for (int64_t j = 0; j < kPoints; ++j) product[i] += k[i * kPoints + j] * found.alpha[j];
@@ -210,33 +206,6 @@ void RunLinearAlgebra(Context& context, const Inputs& inputs) {
   ExpectNear(TimesSymmetric(a, whole, kPoints), identity, "inverse across tiles");
 }
 
-void RunImage(Context& context, std::mt19937_64& random) {
-  for (const int channels : {1, 3}) {
-    std::vector<uint8_t> pixels(19 * 11 * channels);
-    for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random());
-    const ImageView image = {pixels.data(), 19, 11, channels, 19 * channels};
-    for (const int stride : {1, 5}) {
-      const ImageGrid grid = {19, 11, stride};
-      std::vector<float> actual(grid.size() * 6), expected(grid.size() * 6);
-      ASSERT_EQ(BoxMeansOnGrid(context, image, grid, {}, {actual.data(), grid.size(), 6}),
-                absl::OkStatus());
-      reference::BoxMeansOnGrid(image, grid, 7, {expected.data(), grid.size(), 6});
-      ExpectNear(actual, expected, "box means on a grid");
-      std::vector<float> map(19 * 11), expected_map(19 * 11);
-      const ConstMatrixView<float> values(expected.data(), grid.rows(), grid.columns());
-      ASSERT_EQ(GridInterpolation(context, grid, values, {map.data(), 11, 19}), absl::OkStatus());
-      reference::GridInterpolation(grid, values, {expected_map.data(), 11, 19});
-      ExpectNear(map, expected_map, "interpolation");
-    }
-    const std::vector<double> points = {0.0, 0.0, 18.0, 10.0, 7.3, 4.6};
-    std::vector<float> actual(18), expected(18);
-    ASSERT_EQ(BoxMeansAt(context, image, {points.data(), 3, 2}, {}, {actual.data(), 3, 6}),
-              absl::OkStatus());
-    reference::BoxMeansAt(image, {points.data(), 3, 2}, 7, {expected.data(), 3, 6});
-    ExpectNear(actual, expected, "box means");
-  }
-}
-
 TEST(EveryKernel, AgreesWithTheReference) {
   std::mt19937_64 random = TestRandom();
   const Inputs inputs(random);
@@ -270,13 +239,11 @@ TEST(EveryKernel, AgreesWithTheReference) {
           CovarianceParameters{CovarianceFunction::kArcsine, {1.0, 5.0, 2.0}, 1.0},
           CovarianceParameters{CovarianceFunction::kSquaredExponential, {0.5, 1.0}, 1.0},
           EveryFunction()}) {
-      RunCovariance<float>(*context, parameters, inputs);
-      RunCovariance<double>(*context, parameters, inputs);
+      RunCovariance(*context, parameters, inputs);
       RunPosterior(context, parameters, inputs);
     }
     RunRegression(*context, EveryFunction(), inputs);
     if (shape == shapes.front()) RunLinearAlgebra(*context, inputs);  // the same for all
-    RunImage(*context, random);
   }
 }
 

@@ -125,27 +125,26 @@ TEST(RefineRun, GoesOnWithTheSameBytes) {
   FakeRunOptions options;
   options.frames = 40;  // more than a chunk
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/refine_resume", options);
-  const std::shared_ptr<kernels::Context> context = Value(kernels::OpenContext({}));
   const std::vector<FrameLine> lines = *run.folder.ReadLines();
   RefineOptions what;
-  auto whole = Value(RefineRun::Open(context, run.folder, lines, what));
+  auto whole = Value(RefineRun::Open(run.folder, lines, what));
   ASSERT_TRUE(whole->Run([] { return true; }).ok());
   const std::map<std::string, std::string> expected = ProductsOf(run.folder);
 
-  auto cut_short = Value(RefineRun::Open(context, run.folder, lines, what));
+  auto cut_short = Value(RefineRun::Open(run.folder, lines, what));
   EXPECT_EQ(cut_short->Run([] { return false; }).code(), absl::StatusCode::kCancelled);
   EXPECT_NE(ProductsOf(run.folder).at("tracks"), expected.at("tracks"));
   for (int i = 32; i < 40; ++i) {
     std::filesystem::remove(run.folder.FrameFile("masks", i, ".png"));
   }
   what.resume = true;
-  auto rest = Value(RefineRun::Open(context, run.folder, lines, what));
+  auto rest = Value(RefineRun::Open(run.folder, lines, what));
   EXPECT_EQ(rest->frames_done_before(), 32);
   ASSERT_TRUE(rest->Run([] { return true; }).ok());
   EXPECT_EQ(ProductsOf(run.folder), expected);
 
   what.mask.low = 0.4;
-  const auto other = Value(RefineRun::Open(context, run.folder, lines, what));
+  const auto other = Value(RefineRun::Open(run.folder, lines, what));
   EXPECT_EQ(other->frames_done_before(), 0);
 }
 
@@ -194,8 +193,7 @@ TEST(RefineCommand, ResumesAnewWhereTheFormerOneHadOtherOptions) {
 }
 
 TEST(InterpolateMap, IsExactForLinearMaps) {
-  const std::shared_ptr<kernels::Context> context = Value(kernels::OpenContext({}));
-  const kernels::ImageGrid grid{43, 29, 5};  // the last cells are narrower
+  const vision::ImageGrid grid{43, 29, 5};  // the last cells are narrower
   const auto plane = [](double x, double y) { return 0.1 + 0.013 * x + 0.007 * y; };
   cv::Mat1f values(grid.rows(), grid.columns());
   for (int row = 0; row < grid.rows(); ++row) {
@@ -203,7 +201,7 @@ TEST(InterpolateMap, IsExactForLinearMaps) {
       values(row, column) = static_cast<float>(plane(grid.x_pixels(column), grid.y_pixels(row)));
     }
   }
-  const cv::Mat1f full = Value(InterpolateMap(*context, grid, values));
+  const cv::Mat1f full = Value(InterpolateMap(grid, values));
   ASSERT_EQ(full.size(), cv::Size(43, 29));
   for (int y = 0; y < 29; ++y) {
     for (int x = 0; x < 43; ++x) {

@@ -33,7 +33,7 @@ cv::Mat3b FakeFrame(const FakeRunOptions& options, int index, std::mt19937_64& r
   return frame;
 }
 
-FrameMaps FakeMaps(const FakeRunOptions& options, const kernels::ImageGrid& grid, int index,
+FrameMaps FakeMaps(const FakeRunOptions& options, const vision::ImageGrid& grid, int index,
                    std::mt19937_64& random) {
   const cv::Mat1b mask = FakeMask(options, index);
   FrameMaps maps;

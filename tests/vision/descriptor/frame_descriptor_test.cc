@@ -18,13 +18,10 @@ Frame RandomFrame(int width, int height) {
   return frame;
 }
 
-std::shared_ptr<kernels::Context> Context() { return *kernels::OpenContext(); }
-
 // One code path: what is learnt at a pixel is what is inferred there.
 TEST(FrameDescriptor, PositionsAndGridAgreeBitForBit) {
   const Frame frame = RandomFrame(53, 31);
-  const auto context = Context();
-  kernels::ImageGrid grid{.width = 53, .height = 31, .stride = 5};
+  ImageGrid grid{.width = 53, .height = 31, .stride = 5};
   std::vector<double> positions;
   for (int row = 0; row < grid.rows(); ++row) {
     for (int column = 0; column < grid.columns(); ++column) {
@@ -32,9 +29,9 @@ TEST(FrameDescriptor, PositionsAndGridAgreeBitForBit) {
       positions.push_back(grid.y_pixels(row));
     }
   }
-  const auto field = Value(DescribeGrid(*context, frame, grid));
-  const auto points = Value(DescribePositions(
-      *context, frame, kernels::ConstMatrixView<double>(positions.data(), grid.size(), 2)));
+  const auto field = Value(DescribeGrid(frame, grid));
+  const auto points = Value(
+      DescribePositions(frame, kernels::ConstMatrixView<double>(positions.data(), grid.size(), 2)));
   EXPECT_EQ(field, points);
   ASSERT_EQ(field.size(), static_cast<size_t>(6 * grid.size()));
   EXPECT_FLOAT_EQ(field[0], -1.0F) << "u of the left border";
@@ -48,18 +45,16 @@ TEST(FrameDescriptor, ViewsIntoLargerImages) {
   copy.image = part.image.clone();
   const std::vector<double> position = {14.0, 9.0};
   const kernels::ConstMatrixView<double> view(position.data(), 1, 2);
-  const auto context = Context();
-  EXPECT_EQ(*DescribePositions(*context, part, view), *DescribePositions(*context, copy, view));
+  EXPECT_EQ(*DescribePositions(part, view), *DescribePositions(copy, view));
 }
 
 TEST(FrameDescriptor, BadInputIsAnError) {
-  const auto context = Context();
   Frame frame = RandomFrame(20, 10);
-  EXPECT_FALSE(DescribeGrid(*context, frame, {.width = 21, .height = 10}).ok()) << "another size";
+  EXPECT_FALSE(DescribeGrid(frame, {.width = 21, .height = 10}).ok()) << "another size";
   frame.image = cv::Mat();
-  EXPECT_FALSE(DescribePositions(*context, frame, {}).ok());
+  EXPECT_FALSE(DescribePositions(frame, {}).ok());
   frame.image = cv::Mat(10, 20, CV_8UC1, cv::Scalar(0));
-  EXPECT_FALSE(DescribePositions(*context, frame, {}).ok());
+  EXPECT_FALSE(DescribePositions(frame, {}).ok());
 }
 
 }  // namespace

@@ -168,7 +168,7 @@ TEST_F(FrameCalibration, ProbabilitiesFollowTheFramesOwnPlacesAndShare) {
 }
 
 TEST(SpreadToGrid, EveryPixelTakesItsNearestFeature) {
-  const kernels::ImageGrid grid{83, 41, 5};
+  const ImageGrid grid{83, 41, 5};
   std::mt19937_64 random(1);
   std::vector<double> positions, values;
   for (int i = 0; i < 60; ++i) {
@@ -197,7 +197,7 @@ TEST(SpreadToGrid, EveryPixelTakesItsNearestFeature) {
 }
 
 TEST(SpreadToGrid, TiesGoToTheFirstAndNothingToTheDefault) {
-  const kernels::ImageGrid grid{11, 1, 10};
+  const ImageGrid grid{11, 1, 10};
   const std::vector<double> positions = {5.0, 0.0, 5.0, 0.0};
   EXPECT_EQ(SpreadToGrid({positions.data(), 2, 2}, {3.0, 4.0}, grid),
             (std::vector<float>{3.0f, 3.0f}));

@@ -14,7 +14,7 @@ namespace {
 const cv::Size kSize(640, 360);
 
 SegmentationMap MapOf(cv::Size size, float probability) {
-  SegmentationMap map{.grid = kernels::ImageGrid{size.width, size.height, 5}};
+  SegmentationMap map{.grid = ImageGrid{size.width, size.height, 5}};
   map.probability.assign(map.grid.size(), probability);
   return map;
 }

@@ -180,8 +180,8 @@ void OutputArray::Write(int64_t begin, int64_t end, const T* values) const {
 template void OutputArray::Write(int64_t, int64_t, const float*) const;
 template void OutputArray::Write(int64_t, int64_t, const double*) const;
 
-kernels::ImageView ViewImage(const char* name, const egosieve_image* image,
-                             std::vector<uint8_t>& storage) {
+vision::ImageView ViewImage(const char* name, const egosieve_image* image,
+                            std::vector<uint8_t>& storage) {
   RequirePointer(name, image);
   const auto [data, width, height, row_stride, channel_order] = *image;
   Require(data != nullptr, "%s.data is null", name);
@@ -196,14 +196,14 @@ kernels::ImageView ViewImage(const char* name, const egosieve_image* image,
   Require(Reaches(stride, height) && std::abs(stride) >= row_bytes,
           "%s.row_stride = %d bytes; a row of %d pixels takes %d", name, row_stride, width,
           row_bytes);
-  if (!is_rgb && stride > 0) return kernels::ImageView{data, width, height, channels, stride};
+  if (!is_rgb && stride > 0) return vision::ImageView{data, width, height, channels, stride};
   storage.resize(row_bytes * height);
   for (int64_t y = 0; y < height; ++y) {
     uint8_t* to = &storage[y * row_bytes];
     std::memcpy(to, data + y * stride, row_bytes);
     for (int64_t x = 0; is_rgb && x < width; ++x) std::swap(to[3 * x], to[3 * x + 2]);
   }
-  return kernels::ImageView{storage.data(), width, height, channels, row_bytes};
+  return vision::ImageView{storage.data(), width, height, channels, row_bytes};
 }
 
 }  // namespace egosieve::embed

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "kernels/base/image_view.h"
 #include "tools/embed/include/egosieve/types.h"
+#include "vision/image/image_view.h"
 
 namespace egosieve::embed {
 
@@ -63,7 +63,7 @@ class OutputArray {
 };
 
 // The image as blue, green, red or as grey; copied into `storage` if its channel order differs.
-kernels::ImageView ViewImage(const char* name, const egosieve_image* image,
-                             std::vector<uint8_t>& storage);
+vision::ImageView ViewImage(const char* name, const egosieve_image* image,
+                            std::vector<uint8_t>& storage);
 
 }  // namespace egosieve::embed

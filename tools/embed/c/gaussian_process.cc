@@ -61,8 +61,9 @@ gp::Hyperparameters HyperparametersOf(const egosieve_gp_options& options) {
   return hyperparameters;
 }
 
-Representation RepresentationOf(const egosieve_gp_options& options) {
-  if (options.approximation == EGOSIEVE_EXACT) return {};
+// Makes `file` that of a sparse or an iterative model where the options say so.
+void TakeApproximation(const egosieve_gp_options& options, gp::ModelFile& file) {
+  if (options.approximation == EGOSIEVE_EXACT) return;
   Require(options.approximation >= EGOSIEVE_DTC && options.approximation <= EGOSIEVE_ITERATIVE,
           "options.approximation = %d; it must be EGOSIEVE_EXACT, EGOSIEVE_DTC, EGOSIEVE_FITC or "
           "EGOSIEVE_ITERATIVE",
@@ -70,23 +71,21 @@ Representation RepresentationOf(const egosieve_gp_options& options) {
   if (options.approximation == EGOSIEVE_ITERATIVE) {
     Require(options.inducing_points >= 1, "options.inducing_points = %d; it must be positive",
             options.inducing_points);
-    gp::IterativeModelOptions iterative;
+    gp::IterativeModelOptions& iterative = file.iterative.emplace().options;
     iterative.rank = options.inducing_points;
     iterative.gradients.tolerance = options.tolerance;
-    Check(iterative.Validate());
-    return iterative;
+    return;
   }
-  gp::SparseModelOptions sparse;
+  gp::SparseModelOptions& sparse = file.sparse.emplace();
   sparse.approximation = options.approximation == EGOSIEVE_DTC ? gp::SparseApproximation::kDtc
                                                                : gp::SparseApproximation::kFitc;
   sparse.inducing_points = options.inducing_points;
-  Check(sparse.Validate());
-  return sparse;
 }
 
 std::shared_ptr<LearningModel> ModelOf(const egosieve_gp_options& options) {
-  const gp::Hyperparameters hyperparameters = HyperparametersOf(options);
-  const Representation representation = RepresentationOf(options);
+  gp::ModelFile file;
+  file.model.hyperparameters = HyperparametersOf(options);
+  TakeApproximation(options, file);
   auto context = Take(options.opencl_context == nullptr
                           ? ContextOf(options.device)
                           : ContextOn(options.opencl_context, options.opencl_device));
@@ -94,7 +93,7 @@ std::shared_ptr<LearningModel> ModelOf(const egosieve_gp_options& options) {
           options.memory_cap_bytes);
   kernels::DensePosteriorOptions posterior;  // the device's own cap
   if (options.memory_cap_bytes > 0) posterior.memory_cap_bytes = options.memory_cap_bytes;
-  return LearningModel::Create(std::move(context), hyperparameters, representation, posterior);
+  return LearningModel::Create(std::move(context), std::move(file), posterior);
 }
 
 // The caller's points in float64, packed. y: N x k or, for one output, 1 x N. v: empty if null.
@@ -322,7 +321,7 @@ egosieve_status egosieve_gp_load(const char* path, const char* device, egosieve_
   return New(__func__, gp, [&] {
     RequirePointer("path", path);
     gp::ModelFile file = Take(gp::ReadModelFile(path));
-    return LearningModel::FromFile(Take(ContextOf(device)), std::move(file));
+    return LearningModel::Create(Take(ContextOf(device)), std::move(file));
   });
 }
 
@@ -340,7 +339,7 @@ egosieve_status egosieve_gp_deserialize(const void* bytes, int64_t size, const c
     Require(size >= 0, "size = %d is negative", size);
     const std::string_view text(static_cast<const char*>(bytes), static_cast<size_t>(size));
     gp::ModelFile file = Take(gp::ParseModel(text));
-    return LearningModel::FromFile(Take(ContextOf(device)), std::move(file));
+    return LearningModel::Create(Take(ContextOf(device)), std::move(file));
   });
 }
 

@@ -27,15 +27,8 @@ constexpr double kNugget = 1e-10;   // of sigma_f^2
 constexpr double kLeastRise = 0.1;  // of J by another choice of inducing inputs, nats
 constexpr double kWidth = 20.0;     // of the restarts around theta_0, a factor
 
-struct Subset {
-  gp::PointSet points;
-  int64_t dimension = 0;
-
-  gp::Observations view() const { return points.observations(dimension); }
-};
-
 // `size` of the points, in their order; all if `size` is 0 or exceeds their number.
-Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
+gp::PointSet DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
   const int64_t n = data.size();
   std::vector<int64_t> rows(n);
   std::iota(rows.begin(), rows.end(), 0);
@@ -45,23 +38,14 @@ Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
     rows.resize(size);
     std::sort(rows.begin(), rows.end());
   }
-  Subset subset;
-  subset.dimension = data.inputs.cols;
-  for (const int64_t row : rows) {
-    subset.points.Append(
-        {data.inputs.rows_between(row, row + 1), data.targets.rows_between(row, row + 1),
-         data.noise_variances.empty() ? data.noise_variances
-                                      : data.noise_variances.subspan(row, 1)},
-        0);
-  }
-  return subset;
+  return gp::PointsInRows(data, rows);
 }
 
 // J, with a count of its evaluations; -infinity if K is not positive definite with any jitter.
 struct Objective {
   kernels::Context& context;
   const gp::Hyperparameters& kind;
-  const Subset& subset;
+  const gp::Observations& data;
   const egosieve_optimize_options& options;
   const std::optional<gp::SparseModelOptions>& sparse;  // only for a sparse model
   const bool of_classes;
@@ -74,7 +58,7 @@ struct Objective {
     if (!sparse.has_value()) return;
     inducing =
         Take(gp::ChooseInducingInputs(context, Take(gp::FromLogarithms(kind, theta)).covariance,
-                                      subset.view().inputs, sparse->inducing_points));
+                                      data.inputs, sparse->inducing_points));
   }
 
   // sigma_n with what was added to it.
@@ -93,7 +77,6 @@ struct Objective {
     gp::Hyperparameters there = Take(gp::FromLogarithms(kind, theta));
     const auto order =
         gradient == nullptr ? gp::LikelihoodOrder::kValue : gp::LikelihoodOrder::kValueAndGradient;
-    const gp::Observations data = subset.view();
     const double own = there.noise_variance();
     there.noise_stddev = NoiseWithNugget(there);
     const double noise = there.noise_variance();
@@ -101,7 +84,7 @@ struct Objective {
     for (std::optional<double> jitter = 0.0; jitter.has_value();
          jitter = sparse.has_value() ? std::nullopt : gp::NextJitter(*jitter, unit)) {
       if (*jitter > 0.0) there.noise_stddev = std::sqrt(noise + *jitter);
-      absl::StatusOr<gp::MarginalLikelihood> likelihood = Likelihood(there, data, order);
+      absl::StatusOr<gp::MarginalLikelihood> likelihood = Likelihood(there, order);
       if (gp::IsNotPositiveDefinite(likelihood.status())) continue;
       Check(likelihood.status());
       if (gradient != nullptr) {
@@ -117,7 +100,6 @@ struct Objective {
   }
 
   absl::StatusOr<gp::MarginalLikelihood> Likelihood(const gp::Hyperparameters& there,
-                                                    const gp::Observations& data,
                                                     gp::LikelihoodOrder order) const {
     if (of_classes) {
       const absl::Span<const double> labels(data.targets.data, data.targets.rows);
@@ -130,9 +112,9 @@ struct Objective {
     if (!sparse.has_value()) {
       return gp::ComputeMarginalLikelihood(context, there, data, order);
     }
-    const int64_t count = static_cast<int64_t>(inducing.size()) / subset.dimension;
+    const int64_t count = static_cast<int64_t>(inducing.size()) / data.inputs.cols;
     return gp::ComputeSparseLikelihood(context, there, data,
-                                       {inducing.data(), count, subset.dimension}, order, *sparse);
+                                       {inducing.data(), count, data.inputs.cols}, order, *sparse);
   }
 };
 
@@ -301,11 +283,12 @@ SearchResult SearchHyperparameters(kernels::Context& context, const gp::Hyperpar
   RequireState(data.size() >= 2,
                "hyperparameters need at least 2 points to be optimised on; there are %d",
                data.size());
-  const Subset subset = DrawSubset(data, options.subset_size, options.seed);
-  Ranges ranges = RangesOf(start, subset.view(), of_classes);
+  const gp::PointSet subset = DrawSubset(data, options.subset_size, options.seed);
+  const gp::Observations drawn = subset.observations(data.inputs.cols);
+  Ranges ranges = RangesOf(start, drawn, of_classes);
   std::vector<double> given = gp::ToLogarithms(start);
   const gp::HyperparameterBounds bounds = BoundsOf(options, ranges.bounds, given, of_classes);
-  Objective objective{context, start, subset, options, sparse, of_classes};
+  Objective objective{context, start, drawn, options, sparse, of_classes};
   SearchResult result;
   egosieve_optimize_result& account = result.account;
   objective.ChooseInducing(given);
@@ -334,7 +317,7 @@ SearchResult SearchHyperparameters(kernels::Context& context, const gp::Hyperpar
   if (!has_fixed_noise) {
     result.hyperparameters.noise_stddev = objective.NoiseWithNugget(result.hyperparameters);
   }
-  account.points = subset.points.size();
+  account.points = drawn.size();
   account.log_likelihood = best.value;
   account.gradient_norm = best.gradient_norm;
   account.evaluations = objective.evaluations;

@@ -125,8 +125,8 @@ egosieve_status egosieve_gp_covariances(egosieve_gp* gp, const egosieve_const_ar
     };
     std::vector<double> block = room(values), logarithm = room(of_logarithms), input = room(of_x);
     if (values.wanted()) {
-      Check(kernels::CrossCovariance<double>(*model.context(), parameters, left.view(),
-                                             right.view(), {block.data(), left.rows, right.rows}));
+      Check(kernels::CrossCovariance(*model.context(), parameters, left.view(), right.view(),
+                                     {block.data(), left.rows, right.rows}));
     }
     Check(kernels::CovarianceDerivatives(parameters, left.view(), right.view(),
                                          {logarithm.data(), pairs, logarithms},

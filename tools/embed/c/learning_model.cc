@@ -76,23 +76,9 @@ LearningModel::LearningModel(Model model, const kernels::DensePosteriorOptions& 
       model_(std::move(model)) {}
 
 std::shared_ptr<LearningModel> LearningModel::Create(
-    std::shared_ptr<kernels::Context> context, const gp::Hyperparameters& hyperparameters,
-    const Representation& representation, const kernels::DensePosteriorOptions& options) {
+    std::shared_ptr<kernels::Context> context, gp::ModelFile file,
+    const kernels::DensePosteriorOptions& options) {
   Check(options.Validate());
-  const auto make = [&]() -> Model {
-    if (const auto* sparse = std::get_if<gp::SparseModelOptions>(&representation)) {
-      return Take(gp::SparseModel::Create(std::move(context), hyperparameters, *sparse));
-    }
-    if (const auto* iterative = std::get_if<gp::IterativeModelOptions>(&representation)) {
-      return Take(gp::IterativeModel::Create(std::move(context), hyperparameters, *iterative));
-    }
-    return Take(gp::ExactModel::Create(std::move(context), hyperparameters));
-  };
-  return std::shared_ptr<LearningModel>(new LearningModel(make(), options));
-}
-
-std::shared_ptr<LearningModel> LearningModel::FromFile(std::shared_ptr<kernels::Context> context,
-                                                       gp::ModelFile file) {
   const auto make = [&]() -> Model {
     if (file.iterative) {
       return Take(gp::IterativeModel::Restore(std::move(context), file.model,
@@ -102,7 +88,7 @@ std::shared_ptr<LearningModel> LearningModel::FromFile(std::shared_ptr<kernels::
     if (!file.sparse) return Take(gp::ExactModel::Restore(std::move(context), file.model));
     return Take(gp::SparseModel::Restore(std::move(context), file.model, *file.sparse));
   };
-  std::shared_ptr<LearningModel> model(new LearningModel(make(), {}));
+  std::shared_ptr<LearningModel> model(new LearningModel(make(), options));
   model->squash_ = file.squash;
   const gp::SquashParameters uncalibrated;
   model->is_laplace_ = file.is_laplace;

@@ -43,19 +43,13 @@ struct DevicePosterior {
   int64_t dimension() const { return in_float32().hyperparameters().covariance.input_dimension(); }
 };
 
-// Options of a sparse or an iterative model; nothing for an exact one.
-using Representation =
-    std::variant<std::monostate, gp::SparseModelOptions, gp::IterativeModelOptions>;
-
 // Errors are thrown.
 class LearningModel {
  public:
+  // From what a file holds; also a model without points.
   static std::shared_ptr<LearningModel> Create(std::shared_ptr<kernels::Context> context,
-                                               const gp::Hyperparameters& hyperparameters,
-                                               const Representation& representation,
-                                               const kernels::DensePosteriorOptions& options);
-  static std::shared_ptr<LearningModel> FromFile(std::shared_ptr<kernels::Context> context,
-                                                 gp::ModelFile file);
+                                               gp::ModelFile file,
+                                               const kernels::DensePosteriorOptions& options = {});
 
   void Condition(const gp::Observations& added);
   // rows: each once, in any order.

@@ -14,16 +14,16 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/base/image_grid.h"
-#include "kernels/ops/box_means.h"
 #include "tools/embed/c/array_access.h"
 #include "tools/embed/c/learning_model.h"
+#include "vision/image/box_means.h"
+#include "vision/image/image_grid.h"
 
 namespace egosieve::embed {
 namespace {
 
 constexpr int64_t kPiece = int64_t{1} << 16;
-constexpr int64_t kImageInputs = kernels::kBoxMeanColumns;
+constexpr int64_t kImageInputs = vision::kBoxMeanColumns;
 
 // The requested outputs, checked against the shape of the result. The mean has `outputs_of_model`
 // times the columns of the others.
@@ -244,14 +244,13 @@ void PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
 void PredictImage(const DevicePosterior& at, const egosieve_image* image, int32_t stride,
                   egosieve_prediction* prediction) {
   std::vector<uint8_t> storage;
-  const kernels::ImageView view = ViewImage("image", image, storage);
+  const vision::ImageView view = ViewImage("image", image, storage);
   Require(stride >= 1 && stride <= 16384, "stride = %d pixels; it must be 1 to 16384", stride);
   CheckDimension(at, kImageInputs, "an image");
-  const kernels::ImageGrid grid{view.width, view.height, stride};
+  const vision::ImageGrid grid{view.width, view.height, stride};
   const Outputs outputs(prediction, grid.rows(), grid.columns());
   std::vector<float> field(grid.size() * kImageInputs);
-  Check(kernels::BoxMeansOnGrid(*at.context, view, grid, {},
-                                {field.data(), grid.size(), kImageInputs}));
+  Check(vision::BoxMeansOnGrid(view, grid, {}, {field.data(), grid.size(), kImageInputs}));
   const Queries<float> queries = [&](int64_t begin, int64_t end, std::vector<float>&) {
     return kernels::ConstMatrixView<float>(&field[begin * kImageInputs], end - begin, kImageInputs);
   };
@@ -315,9 +314,9 @@ egosieve_status egosieve_posterior_predict_image(egosieve_posterior* posterior,
 egosieve_status egosieve_gp_describe_pixels(egosieve_gp* gp, const egosieve_image* image,
                                             const egosieve_const_array* places,
                                             const egosieve_array* out) {
-  return With(__func__, gp, [&](LearningModel& model) {
+  return With(__func__, gp, [&](LearningModel&) {
     std::vector<uint8_t> storage;
-    const kernels::ImageView view = ViewImage("image", image, storage);
+    const vision::ImageView view = ViewImage("image", image, storage);
     const InputArray points("places", places);
     Require(points.columns() == 2, "places: %d columns; a place is (x, y)", points.columns());
     points.CheckFinite<double>();
@@ -325,9 +324,8 @@ egosieve_status egosieve_gp_describe_pixels(egosieve_gp* gp, const egosieve_imag
     Require(output.wanted(), "out.data is null");
     const std::vector<double> at = points.Values();
     std::vector<float> descriptors(points.rows() * kImageInputs);
-    Check(Named("places",
-                kernels::BoxMeansAt(*model.context(), view, {at.data(), points.rows(), 2}, {},
-                                    {descriptors.data(), points.rows(), kImageInputs})));
+    Check(Named("places", vision::BoxMeansAt(view, {at.data(), points.rows(), 2}, {},
+                                             {descriptors.data(), points.rows(), kImageInputs})));
     output.Write(descriptors);
   });
 }

@@ -8,15 +8,15 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/base/image_grid.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/files/atomic_file.h"
-#include "kernels/ops/grid_interpolation.h"
 #include "tools/embed/c/array_access.h"
 #include "tools/embed/c/device_contexts.h"
 #include "tools/embed/c/segmenter_session.h"
 #include "vision/frame/ignored_area.h"
+#include "vision/image/grid_interpolation.h"
+#include "vision/image/image_grid.h"
 #include "vision/objects/map_objects.h"
 
 namespace egosieve::embed {
@@ -38,22 +38,22 @@ egosieve_status WithSession(const char* function, egosieve_segmenter* segmenter,
 // anything is written: first Prepare for all, then Write for all.
 class MapOutput {
  public:
-  MapOutput(const char* name, const egosieve_array& array, const kernels::ImageGrid& grid)
+  MapOutput(const char* name, const egosieve_array& array, const vision::ImageGrid& grid)
       : grid_(grid),
         full_(array.rows == grid.height && array.columns == grid.width),
         array_(name, &array, full_ ? grid.height : grid.rows(),
                full_ ? grid.width : grid.columns()) {}
 
   // `values`: on the grid.
-  void Prepare(kernels::Context& context, std::vector<float> values) {
+  void Prepare(std::vector<float> values) {
     if (!array_.wanted()) return;
     if (!full_ || grid_.stride == 1) {
       values_ = std::move(values);
       return;
     }
     values_.resize(int64_t{grid_.width} * grid_.height);
-    Check(kernels::GridInterpolation(context, grid_, {values.data(), grid_.rows(), grid_.columns()},
-                                     {values_.data(), grid_.height, grid_.width}));
+    Check(vision::GridInterpolation(grid_, {values.data(), grid_.rows(), grid_.columns()},
+                                    {values_.data(), grid_.height, grid_.width}));
   }
 
   // Turns probabilities into numbers of objects; 0 where `ignored` is not 0.
@@ -77,7 +77,7 @@ class MapOutput {
   void Write() const { array_.Write(values_); }
 
  private:
-  const kernels::ImageGrid grid_;
+  const vision::ImageGrid grid_;
   const bool full_;
   const OutputArray array_;
   std::vector<float> values_;
@@ -102,7 +102,7 @@ egosieve_frame_report ReportOf(const vision::FrameRecord& record) {
 template <typename Learn>
 void GiveFrame(SegmenterSession& session, cv::Size size, const egosieve_map* map,
                egosieve_frame_report* report, const Learn& learn) {
-  const kernels::ImageGrid grid{size.width, size.height, session.stride()};
+  const vision::ImageGrid grid{size.width, size.height, session.stride()};
   const auto wishes = Read("map", map, egosieve_map_init, /*optional=*/true);
   if (report != nullptr) CheckStruct("report", report);
   MapOutput probability("map.probability", wishes.probability, grid);
@@ -114,12 +114,11 @@ void GiveFrame(SegmenterSession& session, cv::Size size, const egosieve_map* map
   given.frame = -1;
   if (result.has_value()) given = ReportOf(result->record);
   if (result.has_value() && map != nullptr) {
-    kernels::Context& context = session.context();
-    objects.Prepare(context, result->map.probability);
+    objects.Prepare(result->map.probability);
     objects.NumberObjects(session.ignored());
-    probability.Prepare(context, std::move(result->map.probability));
-    mean.Prepare(context, std::move(result->map.mean));
-    deviation.Prepare(context, std::move(result->map.deviation));
+    probability.Prepare(std::move(result->map.probability));
+    mean.Prepare(std::move(result->map.mean));
+    deviation.Prepare(std::move(result->map.deviation));
     for (const MapOutput* output : {&probability, &mean, &deviation, &objects}) output->Write();
   }
   if (report != nullptr) WriteStruct(given, report);
@@ -129,7 +128,7 @@ void GiveFrame(SegmenterSession& session, cv::Size size, const egosieve_map* map
 cv::Mat1b IgnoredArea(const egosieve_image* image) {
   if (image == nullptr) return cv::Mat1b();
   std::vector<uint8_t> storage;
-  const kernels::ImageView view = ViewImage("options.ignore", image, storage);
+  const vision::ImageView view = ViewImage("options.ignore", image, storage);
   Require(view.channels == 1, "options.ignore has colours; it must be EGOSIEVE_GREY");
   return cv::Mat1b(cv::Mat1b(view.height, view.width, const_cast<uint8_t*>(view.data),
                              static_cast<size_t>(view.stride_bytes)) != 0);
@@ -169,7 +168,7 @@ egosieve_status egosieve_segmenter_grid_size(egosieve_segmenter* segmenter, int3
   return WithSession(__func__, segmenter, [&](SegmenterSession& session) {
     RequirePointer("rows", rows);
     RequirePointer("columns", columns);
-    const kernels::ImageGrid grid{width, height, session.stride()};
+    const vision::ImageGrid grid{width, height, session.stride()};
     Check(grid.Validate());
     *rows = grid.rows();
     *columns = grid.columns();
@@ -181,7 +180,7 @@ egosieve_status egosieve_segmenter_process(egosieve_segmenter* segmenter,
                                            const egosieve_map* map, egosieve_frame_report* report) {
   return WithSession(__func__, segmenter, [&](SegmenterSession& session) {
     std::vector<uint8_t> storage;
-    const kernels::ImageView view = ViewImage("image", image, storage);
+    const vision::ImageView view = ViewImage("image", image, storage);
     Require(std::isfinite(time_seconds), "time_seconds = %g; it must be finite", time_seconds);
     GiveFrame(session, {view.width, view.height}, map, report,
               [&] { return session.Process(view, time_seconds, map != nullptr); });

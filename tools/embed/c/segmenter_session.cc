@@ -81,8 +81,8 @@ gp::NamedArray ArrayOf(const cv::Mat& picture) {
 }
 
 // A view of `pixels`, the array `name`.
-kernels::ImageView PictureOf(const gp::ArrayMap& arrays, const std::string& name, int channels,
-                             const std::vector<uint8_t>& pixels) {
+vision::ImageView PictureOf(const gp::ArrayMap& arrays, const std::string& name, int channels,
+                            const std::vector<uint8_t>& pixels) {
   const std::vector<int64_t>& shape = arrays.at(name).shape;
   RequireSound(shape.size() == 2 && shape[0] >= 1 && shape[0] <= kMaximumSide &&
                    shape[1] >= channels && shape[1] % channels == 0 &&
@@ -95,11 +95,11 @@ kernels::ImageView PictureOf(const gp::ArrayMap& arrays, const std::string& name
 cv::Mat1b TakeMask(const gp::ArrayMap& arrays) {
   const auto pixels = TakeArray<uint8_t>(arrays, "ignored");
   if (pixels.empty()) return cv::Mat1b();
-  const kernels::ImageView view = PictureOf(arrays, "ignored", 1, pixels);
+  const vision::ImageView view = PictureOf(arrays, "ignored", 1, pixels);
   return cv::Mat1b(view.height, view.width, const_cast<uint8_t*>(view.data)).clone();
 }
 
-vision::Frame FrameOf(const kernels::ImageView& image, int64_t index, double time_seconds) {
+vision::Frame FrameOf(const vision::ImageView& image, int64_t index, double time_seconds) {
   vision::QuietLibraries();
   vision::Frame frame;
   frame.index = index;
@@ -134,13 +134,13 @@ std::deque<vision::Frame> TakeFrames(const gp::ArrayMap& arrays) {
 
 SegmenterSession::SegmenterSession(std::shared_ptr<kernels::Context> context,
                                    const egosieve_segmenter_options& options, cv::Mat1b ignored)
-    : context_(std::move(context)), options_(options), ignored_(std::move(ignored)) {
+    : options_(options), ignored_(std::move(ignored)) {
   Validate(options_);
-  segmenter_ =
-      Take(vision::OnlineSegmenter::Create(context_, SegmenterOptions(options_, ignored_)));
+  segmenter_ = Take(
+      vision::OnlineSegmenter::Create(std::move(context), SegmenterOptions(options_, ignored_)));
 }
 
-std::optional<SegmenterSession::Result> SegmenterSession::Process(const kernels::ImageView& image,
+std::optional<SegmenterSession::Result> SegmenterSession::Process(const vision::ImageView& image,
                                                                   double time_seconds,
                                                                   bool map_wanted) {
   std::lock_guard lock(mutex_);

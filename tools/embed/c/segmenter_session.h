@@ -27,11 +27,11 @@
 #include <string_view>
 #include <utility>
 
-#include "kernels/base/image_view.h"
 #include "kernels/runtime/context.h"
 #include "tools/embed/c/handle_table.h"
 #include "tools/embed/include/egosieve/segmenter.h"
 #include "vision/frame/frame.h"
+#include "vision/image/image_view.h"
 #include "vision/segmentation/frame_record.h"
 #include "vision/segmentation/online_segmenter.h"
 #include "vision/segmentation/segmentation_map.h"
@@ -58,7 +58,7 @@ class SegmenterSession {
   // nothing if there is none. With a lag all frames must have one size, with an ignored area its
   // size; otherwise InvalidArgument. After an error of the device the frame counts as taken in, and
   // may have been learnt from.
-  std::optional<Result> Process(const kernels::ImageView& image, double time_seconds,
+  std::optional<Result> Process(const vision::ImageView& image, double time_seconds,
                                 bool map_wanted);
   // Learns from the next frame that waits for later frames; returns nothing if none waits.
   std::optional<Result> Finish(bool map_wanted);
@@ -70,7 +70,6 @@ class SegmenterSession {
 
   int stride() const { return options_.stride; }
   const cv::Mat1b& ignored() const { return ignored_; }
-  kernels::Context& context() const { return *context_; }
 
  private:
   struct Waiting {
@@ -80,7 +79,6 @@ class SegmenterSession {
 
   Result LearnOldest(bool map_wanted);
 
-  const std::shared_ptr<kernels::Context> context_;
   const egosieve_segmenter_options options_;
   const cv::Mat1b ignored_;
   std::mutex mutex_;  // guards all members below

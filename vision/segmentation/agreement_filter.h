@@ -14,7 +14,7 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 
-namespace egosieve::gp {
+namespace egosieve::vision {
 
 // Step 2: rows of points that the model classifies wrongly, increasing.
 absl::StatusOr<std::vector<int64_t>> FilterByNovelty(absl::Span<const double> labels,
@@ -24,4 +24,4 @@ absl::StatusOr<std::vector<int64_t>> FilterByNovelty(absl::Span<const double> la
 absl::StatusOr<std::vector<int64_t>> FilterByConsistency(absl::Span<const double> labels,
                                                          absl::Span<const float> predictions);
 
-}  // namespace egosieve::gp
+}  // namespace egosieve::vision

@@ -16,7 +16,7 @@
 #include "absl/types/span.h"
 #include "kernels/base/matrix_view.h"
 
-namespace egosieve::gp {
+namespace egosieve::vision {
 
 struct DensityFilterOptions {
   double radius = 0.08;  // r, in input space; 0 keeps everything
@@ -34,4 +34,4 @@ absl::StatusOr<std::vector<int64_t>> FilterByDensity(kernels::ConstMatrixView<fl
                                                      const DensityFilterOptions& options,
                                                      absl::Span<const int64_t> order = {});
 
-}  // namespace egosieve::gp
+}  // namespace egosieve::vision

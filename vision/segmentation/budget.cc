@@ -1,4 +1,4 @@
-#include "gp/selection/budget.h"
+#include "vision/segmentation/budget.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
-namespace egosieve::gp {
+namespace egosieve::vision {
 
 absl::Status BudgetOptions::Validate() const {
   return kernels::CheckOptions({
@@ -73,4 +73,4 @@ absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
   return decision;
 }
 
-}  // namespace egosieve::gp
+}  // namespace egosieve::vision

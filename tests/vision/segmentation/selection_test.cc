@@ -4,15 +4,21 @@
 #include <numeric>
 #include <vector>
 
-#include "gp/selection/agreement_filter.h"
-#include "gp/selection/budget.h"
-#include "gp/selection/density_filter.h"
 #include "tests/gp/learning_problems.h"
 #include "tests/testing/status.h"
+#include "vision/segmentation/agreement_filter.h"
+#include "vision/segmentation/budget.h"
+#include "vision/segmentation/density_filter.h"
 
-namespace egosieve::gp {
+namespace egosieve::vision {
 namespace {
 
+using gp::LabelledPoints;
+using gp::NarrowMatrix;
+using gp::NoisyBlobs;
+using gp::RowMatrix;
+using gp::TestGenerator;
+using gp::ViewOf;
 using testing::ElementsAre;
 using testing::IsEmpty;
 // The definition, by brute force.
@@ -162,4 +168,4 @@ TEST(Budget, NothingAndNonsense) {
 }
 
 }  // namespace
-}  // namespace egosieve::gp
+}  // namespace egosieve::vision

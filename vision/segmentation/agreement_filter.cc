@@ -1,11 +1,11 @@
-#include "gp/selection/agreement_filter.h"
+#include "vision/segmentation/agreement_filter.h"
 
 #include <cmath>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
 
-namespace egosieve::gp {
+namespace egosieve::vision {
 namespace {
 
 // The points that agree with their predictions, or those that do not.
@@ -41,4 +41,4 @@ absl::StatusOr<std::vector<int64_t>> FilterByConsistency(absl::Span<const double
   return Filter(labels, predictions, true);
 }
 
-}  // namespace egosieve::gp
+}  // namespace egosieve::vision

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace egosieve::kernels {
+namespace egosieve::vision {
 
 struct ImageView {
   const uint8_t* data = nullptr;
@@ -14,4 +14,4 @@ struct ImageView {
   ptrdiff_t stride_bytes = 0;
 };
 
-}  // namespace egosieve::kernels
+}  // namespace egosieve::vision

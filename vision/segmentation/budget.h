@@ -19,7 +19,7 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 
-namespace egosieve::gp {
+namespace egosieve::vision {
 
 struct BudgetOptions {
   int64_t budget = 4000;           // points; 0 empties the model
@@ -44,4 +44,4 @@ absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
                                              int64_t time, const BudgetOptions& options = {},
                                              absl::Span<const double> rank = {});
 
-}  // namespace egosieve::gp
+}  // namespace egosieve::vision

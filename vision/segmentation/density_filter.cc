@@ -1,4 +1,4 @@
-#include "gp/selection/density_filter.h"
+#include "vision/segmentation/density_filter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 
-namespace egosieve::gp {
+namespace egosieve::vision {
 namespace {
 
 using kernels::ConstMatrixView;
@@ -150,4 +150,4 @@ absl::StatusOr<std::vector<int64_t>> FilterByDensity(ConstMatrixView<float> inpu
   return Filter(inputs, labels, options, order);
 }
 
-}  // namespace egosieve::gp
+}  // namespace egosieve::vision

@@ -18,7 +18,7 @@
 
 #include "absl/status/status.h"
 
-namespace egosieve::kernels {
+namespace egosieve::vision {
 
 struct ImageGrid {
   int width = 0;   // of the image, pixels
@@ -45,4 +45,4 @@ struct PixelNormalization {
 // A 1 x 1 image maps to (0, 0).
 PixelNormalization NormalizationForImage(int width, int height);
 
-}  // namespace egosieve::kernels
+}  // namespace egosieve::vision

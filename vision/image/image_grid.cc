@@ -1,8 +1,8 @@
-#include "kernels/base/image_grid.h"
+#include "vision/image/image_grid.h"
 
 #include "absl/strings/str_format.h"
 
-namespace egosieve::kernels {
+namespace egosieve::vision {
 
 absl::Status ImageGrid::Validate() const {
   if (width < 1 || height < 1) {
@@ -24,4 +24,4 @@ PixelNormalization NormalizationForImage(int width, int height) {
   return PixelNormalization{2.0 / extent, -(width - 1) / extent, -(height - 1) / extent};
 }
 
-}  // namespace egosieve::kernels
+}  // namespace egosieve::vision
