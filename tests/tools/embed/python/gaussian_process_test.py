@@ -350,6 +350,7 @@ class BadInput(unittest.TestCase):
             (ValueError, "rows: 5 is there twice", lambda: gp.remove([5, 5])),
             (TypeError, "rows must be", lambda: gp.remove([0.5])),
             (ValueError, "not fitted", lambda: egosieve.GaussianProcess().predict(X)),
+            (ValueError, "not fitted", lambda: egosieve.GaussianProcess().save("none.npz")),
             (RuntimeError, "a grid needs a model of 2 inputs", lambda: gp.predict_grid(0, 0, 1, 1, 2, 2)),
             (ValueError, "image must be height x width", lambda: gp.predict_image(np.zeros(5, np.uint8))),
             (TypeError, "image has dtype float64", lambda: gp.predict_image(np.zeros((5, 5)))),

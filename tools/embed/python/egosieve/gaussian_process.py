@@ -242,9 +242,11 @@ class GaussianProcess(ExactPredictor, Regressor):
     def save(self, path):
         """Writes the model and these parameters into a file, whole or not at all; numpy.load reads it.
 
-        The factor is rebuilt, so that this model and the loaded one give identical predictions.
+        The factor is rebuilt, so that this model and the loaded one give identical predictions. C and C++ load it, too,
+        unless y was normalised or its mean subtracted. The device and OpenCL's objects are not saved.
         """
-        self._fitted().save(path, self._annotation())
+        core = self._fitted()
+        core.save(path, self._annotation(), normalized=bool(np.any(self._offset) or np.any(np.not_equal(self._scale, 1.0))))
 
     @classmethod
     def load(cls, path, device=None):
