@@ -57,7 +57,9 @@ class GaussianProcess(ExactPredictor, Regressor):
         order, with an amplitude before those of each term of a sum but the first. Default: 2.01 for weights of
         the arcsine, 0.5 for length-scales, 1 for others.
     signal_stddev, noise_stddev : float
-        sigma_f and sigma_n, positive; where `optimize` is true, the start.
+        sigma_f and sigma_n, positive; where `optimize` is true, the start. A covariance matrix that is singular to
+        rounding gets a jitter added to sigma_n^2, which hyperparameters_ tells; fit warns where that more than doubles the
+        deviation of the noise.
     alpha : float or array of shape (n_samples,)
         Noise variances of the points of fit on top of sigma_n^2, in units of the normalised y. Default: 0.
     mean : "zero", "constant" or "linear"
@@ -149,6 +151,14 @@ class GaussianProcess(ExactPredictor, Regressor):
         self._adopt(model, X.shape[1], offset, scale, names, search and model.optimize("optimize", search=search))
         if model.in_float64:
             model.posterior()  # fit tells whether the iterations converge
+        found = model.describe()
+        noise = found["noise_stddev"] ** 2 + (0.0 if alpha is None else alpha.min())
+        if found["jitter"] > 3.0 * noise:
+            warnings.warn(
+                f"the covariance matrix is singular to rounding: jitter {found['jitter']:.2g} was added to the noise "
+                f"variance {noise:.2g}; a larger noise_stddev or alpha avoids this",
+                stacklevel=2,
+            )
         return self
 
     def _fit_labels(self, X, y, weights):
