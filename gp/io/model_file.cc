@@ -225,11 +225,12 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   ArrayMap arrays;
   const bool plain = model.points.outputs == 1 && model.points.noise_variances.empty() &&
                      model.hyperparameters.mean == MeanFunction::kZero;
-  arrays["format_version"] = VectorArray<int64_t>({file.iterative.has_value() ? kModelFormatVersion
-                                                   : file.is_laplace          ? 4
-                                                   : file.sparse.has_value()  ? 3
-                                                   : plain                    ? 1
-                                                                              : 2});
+  arrays["format_version"] = VectorArray<int64_t>({file.is_normalized ? kModelFormatVersion
+                                                   : file.iterative.has_value() ? 5
+                                                   : file.is_laplace            ? 4
+                                                   : file.sparse.has_value()    ? 3
+                                                   : plain                      ? 1
+                                                                                : 2});
   const int64_t number = NumberOf(covariance.function);
   arrays["covariance_function"] = VectorArray<int64_t>({number});
   if (number == kNamedFunction) {
@@ -254,6 +255,7 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   }
   EGOSIEVE_RETURN_IF_ERROR(PutRepresentation(file, arrays));
   if (file.is_laplace) arrays["laplace"] = VectorArray<int64_t>({1});
+  if (file.is_normalized) arrays["normalized"] = VectorArray<int64_t>({1});
   arrays["identities"] = VectorArray(model.points.identities);
   arrays["birth_frames"] = VectorArray(model.points.insertion_times);
   arrays["next_identity"] = VectorArray<int64_t>({model.points.next_identity});
@@ -272,7 +274,7 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   return SerializeArrays(arrays);
 }
 
-absl::StatusOr<ModelFile> ParseModel(std::string_view bytes) {
+absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, bool may_be_normalized) {
   EGOSIEVE_ASSIGN_OR_RETURN(ArrayMap arrays, ParseArrays(bytes));
   EGOSIEVE_RETURN_IF_ERROR(CheckVersion(arrays));
   ModelFile file;
@@ -284,6 +286,12 @@ absl::StatusOr<ModelFile> ParseModel(std::string_view bytes) {
   const int64_t n = file.model.points.size();
   EGOSIEVE_RETURN_IF_ERROR(TakeIterative(arrays, n * file.model.points.outputs, file.iterative));
   file.is_laplace = arrays.contains("laplace");
+  file.is_normalized = arrays.contains("normalized");
+  if (file.is_normalized && !may_be_normalized) {
+    return absl::FailedPreconditionError(
+        "its y are normalised, as by normalize_y in Python, whose egosieve.GaussianProcess.load "
+        "reads it; C and C++ would predict in other units");
+  }
   if (!file.sparse.has_value()) {
     EGOSIEVE_RETURN_IF_ERROR(
         CheckMemory(n, file.iterative.has_value() ? std::min(n, file.iterative->options.rank) : n));
@@ -300,10 +308,10 @@ absl::Status WriteModelFile(const std::string& path, const ModelFile& file) {
   return kernels::WriteFileAtomically(path, bytes);
 }
 
-absl::StatusOr<ModelFile> ReadModelFile(const std::string& path) {
+absl::StatusOr<ModelFile> ReadModelFile(const std::string& path, bool may_be_normalized) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes,
                             kernels::ReadFile(path, static_cast<int64_t>(0.25 * Memory())));
-  absl::StatusOr<ModelFile> file = ParseModel(bytes);
+  absl::StatusOr<ModelFile> file = ParseModel(bytes, may_be_normalized);
   if (file.ok()) return file;
   return absl::Status(file.status().code(),
                       absl::StrCat(path, " is no readable model: ", file.status().message()));

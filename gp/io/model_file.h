@@ -17,6 +17,8 @@
 //   alpha                 f8 [n k]   its weights, from which a reader starts (5)
 //   laplace               i8 [1]     1 where the points stand for Laplace's approximation of a
 //                                    classifier (4)
+//   normalized            i8 [1]     1 where y is not in the units of the user, which the annotations
+//                                    explain to the program that wrote them (6)
 //   identities            i8 [n]     increasing
 //   birth_frames          i8 [n]     insertion times; the name is that of the first version
 //   next_identity         i8 [1]
@@ -48,7 +50,7 @@
 namespace egosieve::gp {
 
 // The latest version; all earlier ones can be read.
-inline constexpr int64_t kModelFormatVersion = 5;
+inline constexpr int64_t kModelFormatVersion = 6;
 
 // Of an iterative model.
 struct IterativeFile {
@@ -66,6 +68,7 @@ struct ModelFile {
   std::optional<SparseModelOptions> sparse = std::nullopt;
   std::optional<IterativeFile> iterative = std::nullopt;
   bool is_laplace = false;  // gp/training/laplace_approximation.h
+  bool is_normalized = false;
 };
 
 // The file is written completely or not at all (kernels/files/atomic_file.h). InvalidArgument for
@@ -75,11 +78,11 @@ absl::Status WriteModelFile(const std::string& path, const ModelFile& file);
 // Errors name the file. DataLoss if it is damaged, truncated or not a model; Unimplemented for a
 // later version; InvalidArgument if its arrays do not form a valid model; FailedPrecondition if the
 // file is larger than a quarter of the machine's memory, or what a model computes, 8 n^2 bytes of
-// an exact and 8 n m of an iterative one, than all of it.
-absl::StatusOr<ModelFile> ReadModelFile(const std::string& path);
+// an exact and 8 n m of an iterative one, than all of it, or where y is normalised and must not be.
+absl::StatusOr<ModelFile> ReadModelFile(const std::string& path, bool may_be_normalized = false);
 
 // The same in memory. Equal models give equal bytes.
 absl::StatusOr<std::string> SerializeModel(const ModelFile& file);
-absl::StatusOr<ModelFile> ParseModel(std::string_view bytes);
+absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, bool may_be_normalized = false);
 
 }  // namespace egosieve::gp

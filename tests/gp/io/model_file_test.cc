@@ -125,6 +125,11 @@ TEST(ModelFile, IsOfTheEarliestVersionThatHoldsIt) {
   file.sparse.reset();
   file.iterative = IterativeFile{{}, {1.0, 2.0, 3.0}};
   EXPECT_EQ(version(file), 5);
+  file.is_normalized = true;
+  EXPECT_EQ(version(file), 6);
+  EXPECT_TRUE(ParseModel(*SerializeModel(file), true)->is_normalized);
+  EXPECT_EQ(ParseModel(*SerializeModel(file)).status().code(),
+            absl::StatusCode::kFailedPrecondition);
 }
 
 TEST(ModelFile, RefusesBadOutputsNoiseAndMeans) {

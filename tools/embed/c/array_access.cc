@@ -42,6 +42,9 @@ template <typename Array>
 void CheckLayout(const char* name, Array& array) {
   Require(array.type == EGOSIEVE_FLOAT32 || array.type == EGOSIEVE_FLOAT64,
           "%s.type = %d; it must be EGOSIEVE_FLOAT32 or EGOSIEVE_FLOAT64", name, array.type);
+  Require(array.rows != -1,
+          "%s: -1 x %d; of a std::vector in C++: its size is no multiple of the columns", name,
+          array.columns);
   Require(array.rows >= 0 && array.columns >= 0 && array.rows <= kMaximumElements &&
               array.columns <= kMaximumElements &&
               (array.columns == 0 || array.rows <= kMaximumElements / array.columns),

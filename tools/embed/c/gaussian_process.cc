@@ -325,6 +325,24 @@ egosieve_status egosieve_gp_load(const char* path, const char* device, egosieve_
   });
 }
 
+egosieve_status egosieve_gp_save_normalized(egosieve_gp* gp, const char* path) {
+  return With(__func__, gp, [&](LearningModel& model) {
+    RequirePointer("path", path);
+    gp::ModelFile file = model.ToFile();
+    file.is_normalized = true;
+    Check(gp::WriteModelFile(path, file));
+  });
+}
+
+egosieve_status egosieve_gp_load_normalized(const char* path, const char* device,
+                                            egosieve_gp** gp) {
+  return New(__func__, gp, [&] {
+    RequirePointer("path", path);
+    gp::ModelFile file = Take(gp::ReadModelFile(path, /*may_be_normalized=*/true));
+    return LearningModel::FromFile(Take(ContextOf(device)), std::move(file));
+  });
+}
+
 egosieve_status egosieve_gp_serialize(egosieve_gp* gp, void* bytes, int64_t capacity,
                                       int64_t* size) {
   return With(__func__, gp, [&](LearningModel& model) {

@@ -1,6 +1,7 @@
 #include "tools/embed/c/learning_model.h"
 
 #include <algorithm>
+#include <new>
 #include <optional>
 
 #include "gp/calibration/leave_one_out.h"
@@ -105,7 +106,21 @@ void LearningModel::Changed() {
 }
 
 void LearningModel::Condition(const gp::Observations& added) {
-  Apply([&](auto& model) { Check(model.AddObservations(added, 0)); });
+  Apply([&](auto& model) {
+    absl::Status status = absl::ResourceExhaustedError("memory ran out");
+    try {
+      status = model.AddObservations(added, 0);
+    } catch (const std::bad_alloc&) {
+    }
+    if (std::is_same_v<decltype(model), gp::ExactModel&> && absl::IsResourceExhausted(status)) {
+      const int64_t n = model.size() + added.size();
+      status = absl::ResourceExhaustedError(absl::StrFormat(
+          "%s: an exact model of %d points takes 8 n^2 bytes, %.1f GB; approximation \"iterative\" "
+          "or \"dtc\" takes less",
+          status.message(), n, 8e-9 * n * n));
+    }
+    Check(status);
+  });
 }
 
 void LearningModel::Remove(std::vector<int64_t> rows) {

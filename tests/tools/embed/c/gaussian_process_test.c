@@ -278,6 +278,13 @@ static void test_save_and_load(const char* folder) {
   CHECK(untouched == NULL);
   CHECK_CALL(egosieve_gp_load("/nowhere/model.npz", NULL, &untouched), EGOSIEVE_NOT_FOUND,
              "/nowhere/model.npz");
+  CHECK_OK(egosieve_gp_save_normalized(gp, path));
+  CHECK_CALL(egosieve_gp_load(path, NULL, &untouched), EGOSIEVE_FAILED_PRECONDITION, "normalize_y");
+  CHECK(untouched == NULL);
+  CHECK_OK(egosieve_gp_load_normalized(path, NULL, &untouched));
+  CHECK_OK(predict_mean(untouched, actual));
+  CHECK(memcmp(expected, actual, sizeof expected) == 0);
+  CHECK_OK(egosieve_gp_free(untouched));
   free(bytes);
   CHECK_OK(egosieve_gp_free(gp));
   CHECK_OK(egosieve_gp_free(from_file));

@@ -61,6 +61,18 @@ TEST(GaussianProcess, SpansAndEigenGiveTheSameBits) {
   }
 }
 
+TEST(GaussianProcess, RefusesAVectorWithoutWholeRows) {
+  const Data data;
+  GaussianProcess gp = ConditionedModel(data);
+  const std::vector<double> five(5);
+  for (const int columns : {2, 0, -1}) {
+    const Status refused = gp.Condition({five, columns}, std::vector<double>(2));
+    EXPECT_EQ(refused.code(), Code::kInvalidArgument);
+    EXPECT_NE(refused.message().find("no multiple of the columns"), std::string::npos);
+  }
+  EXPECT_EQ(gp.Describe().value().size, kPoints);
+}
+
 TEST(GaussianProcess, ClassifiesAndGivesItsKernelMatrix) {
   const Data data;
   GaussianProcess gp = ConditionedModel(data);

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <string>
 
@@ -209,11 +210,11 @@ TEST(Examples, SegmentersFindTheSquare) {
   EXPECT_EQ(ran.code, 0) << ran.output;
 }
 
-// The program of a document under a heading.
+// The program of a document under a heading, "": of what stands before the first.
 std::string ProgramOf(const std::string& document, const std::string& heading) {
   std::ifstream lines(InstalledTree() + "/share/doc/egosieve/" + document);
   std::string program;
-  bool found = false;
+  bool found = heading.empty();
   for (std::string line; std::getline(lines, line);) {
     if (line.rfind("## ", 0) == 0) found = line == heading;
     if (found && line.rfind("    ", 0) == 0) program += line.substr(4) + "\n";
@@ -258,6 +259,71 @@ TEST(Examples, OfTheReferenceRunOnAQueue) {
     EXPECT_GT(variance, 0.0);
     EXPECT_LT(variance, 0.01);
   }
+}
+
+TEST(Examples, OfTheReferenceFitSaveAndLoad) {
+  SKIP_WITHOUT("pkg-config");
+  SKIP_INSTRUMENTED();
+  const std::string folder = NewFolder("gp");
+  std::ofstream(folder + "/gp.cc") << ProgramOf("cpp.md", "## A Gaussian process");
+  CommandOutcome ran =
+      RunClean(folder,
+               "g++ -std=c++17 -Wall -Wextra -Werror gp.cc -o gp $(pkg-config --cflags --libs "
+               "egosieve) -Wl,-rpath,'" +
+                   InstalledTree() + "/lib' && ./gp",
+               "PKG_CONFIG_PATH='" + InstalledTree() + "/lib/pkgconfig'");
+  ASSERT_EQ(ran.code, 0) << ran.output;
+  std::istringstream numbers(ran.output);
+  for (const double x : {0.0, 0.5}) {
+    double mean = 9.0, variance = 9.0, k = 9.0;
+    ASSERT_TRUE(numbers >> mean >> variance >> k) << ran.output;
+    EXPECT_NEAR(mean, std::sin(3.0 * x) * -x, 0.05);
+    EXPECT_LT(variance, 0.01);
+    EXPECT_GT(k, 0.0);
+  }
+  if (RunClean("/", "python3 -c 'import numpy'").code != 0) {
+    GTEST_SKIP() << "there is no python3 with numpy";
+  }
+  // What the page of Python takes as given, then its block up to the sparse models, and a file that
+  // C++ refuses.
+  const std::string block = ProgramOf("python.md", "");
+  std::ofstream(folder + "/gp.py") << R"(import numpy as np
+X, queries = (np.random.default_rng(seed).normal(size=(40, 2)) for seed in (0, 1))
+y = np.sign(X[:, 0])
+more_X, more_y, many_queries, names = X[:9] + 0.1, y[:9], queries, y > 0
+)" << block.substr(0, block.find("egosieve.GaussianProcess(approximation"))
+                                   << R"(
+assert len(egosieve.GaussianProcess.load("model.npz").X_train_) == 46
+egosieve.GaussianProcess(normalize_y=True).fit(X, 3 + y).save("model.npz")
+)";
+  std::ofstream(folder + "/load.cc") << R"(#include <cstdio>
+#include "egosieve/gaussian_process.hpp"
+int main() {
+  std::puts(egosieve::GaussianProcess::Load("model.npz").status().message().c_str());
+})";
+  ran = RunClean(folder,
+                 "python3 gp.py && g++ -std=c++17 load.cc -o load $(pkg-config --cflags --libs "
+                 "egosieve) -Wl,-rpath,'" +
+                     InstalledTree() + "/lib' && ./load",
+                 "PKG_CONFIG_PATH='" + InstalledTree() + "/lib/pkgconfig' PYTHONPATH='" +
+                     InstalledPythonFolder() + "'");
+  EXPECT_EQ(ran.code, 0) << ran.output;
+  EXPECT_NE(ran.output.find("normalize_y in Python"), std::string::npos) << ran.output;
+}
+
+TEST(Documents, LinkToWhatIsInstalled) {
+  const std::regex link(R"(\]\(([^)#:]+)[^)]*\))");
+  int links = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(InstalledTree() + "/share")) {
+    if (entry.path().extension() != ".md") continue;
+    const std::string text = Bytes(entry.path().string());
+    for (std::sregex_iterator found(text.begin(), text.end(), link), end; found != end; ++found) {
+      EXPECT_TRUE(fs::exists(entry.path().parent_path() / (*found)[1].str()))
+          << entry.path() << ": " << (*found)[1];
+      ++links;
+    }
+  }
+  EXPECT_GT(links, 5);
 }
 
 TEST(Examples, OfTheReferenceRunOnSeveralDevices) {

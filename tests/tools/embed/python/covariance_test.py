@@ -1,5 +1,6 @@
 """The kernel matrix: values beside scikit-learn's kernels, derivatives beside finite differences, and kernel_."""
 
+import tempfile
 import unittest
 
 import numpy as np
@@ -97,6 +98,40 @@ class FoundKernels(unittest.TestCase):
             again = egosieve.GaussianProcess(gp.kernel_, optimize=False).fit(X, y)
             for name in ("scales", "signal_stddev", "noise_stddev"):
                 np.testing.assert_allclose(again.hyperparameters_[name], gp.hyperparameters_[name], rtol=1e-9)
+
+    def test_keep_their_bounds_where_the_user_gives_none(self):
+        X = points(30, 4)
+        y = 3.0 * np.sin(3 * X[:, 0])
+        for bounds in (None, {}, {"noise_stddev": "fixed"}, {"signal_stddev": (1.0, 2.0)}):
+            gp = egosieve.GaussianProcess(sk.RBF(1.0, "fixed"), alpha=0.01, noise_stddev=1e-3, bounds=bounds).fit(X, y)
+            with self.subTest(bounds=bounds):
+                found = gp.hyperparameters_
+                self.assertAlmostEqual(found["scales"][0], 1.0)
+                if bounds and "signal_stddev" in bounds:  # no RBF has this amplitude
+                    self.assertAlmostEqual(found["signal_stddev"], 2.0)
+                    self.assertEqual(gp.kernel_, "isotropic(squared_exponential)")
+                else:
+                    self.assertAlmostEqual(found["signal_stddev"], 1.0)
+                    self.assertEqual(gp.kernel_, sk.RBF(1.0, "fixed"))
+
+    def test_are_told_of_values_that_contradict_them(self):
+        X, kernel = points(9, 4), sk.RBF(0.7) + sk.WhiteKernel(0.09)
+        for name, value in (("scales", [2.0]), ("scales", [0.7, 0.7]), ("signal_stddev", 5.0), ("noise_stddev", 0.7)):
+            with self.assertRaisesRegex(ValueError, f"leave {name} out"):
+                egosieve.GaussianProcess(kernel, **{name: value}).fit(X, X[:, 0])
+        egosieve.GaussianProcess(kernel, scales=[0.7], noise_stddev=0.3).fit(X, X[:, 0])
+        egosieve.GaussianProcess(sk.RBF(0.7), noise_stddev=0.7).fit(X, X[:, 0])
+
+    def test_are_saved_as_they_were_given(self):
+        X = points(30, 4)
+        kernel = sk.ConstantKernel(2.0, "fixed") * sk.RBF(np.array([0.5, 0.8]), [(0.1, 1.0), (0.2, 2.0)]) + sk.WhiteKernel(0.1)
+        gp = egosieve.GaussianProcess(kernel, bounds={"noise_stddev": (0.1, None)}).fit(X, X[:, 0])
+        with tempfile.TemporaryDirectory() as folder:
+            gp.save(f"{folder}/model.npz")
+            loaded = egosieve.GaussianProcess.load(f"{folder}/model.npz")
+        self.assertEqual(loaded.get_params(deep=False), gp.get_params(deep=False))
+        self.assertEqual(loaded.kernel_, gp.kernel_)
+        self.assertEqual(clone(loaded).fit(X, X[:, 0]).hyperparameters_, gp.hyperparameters_)
 
     def test_have_parameters_by_name(self):
         gp = egosieve.GaussianProcess(1.0 * sk.RBF(1.0))

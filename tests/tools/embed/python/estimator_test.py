@@ -76,6 +76,9 @@ class Classes(unittest.TestCase):
         X, y = data()
         with self.assertRaisesRegex(ValueError, "Unknown label type"):
             egosieve.GaussianProcessClassifier().fit(X, y)
+        for other in (None, 1):
+            with self.assertRaisesRegex(ValueError, "y holds labels that cannot be sorted"):
+                egosieve.GaussianProcessClassifier().fit(X, np.array(["a", other] * (len(X) // 2), dtype=object))
         with self.assertRaisesRegex(ValueError, "at least two"):
             egosieve.GaussianProcessClassifier().fit(X, np.zeros(len(X)))
         with self.assertRaises(TypeError):

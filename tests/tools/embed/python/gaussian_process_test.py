@@ -6,6 +6,7 @@ import pickle
 import signal
 import threading
 import unittest
+import warnings
 
 import numpy as np
 
@@ -229,7 +230,8 @@ class Layouts(unittest.TestCase):
         expected = gp.predict(X)
         loaded = egosieve.GaussianProcess.load(path)
         np.testing.assert_array_equal(loaded.predict(X), expected)
-        self.assertTrue(loaded.normalize_y)
+        self.assertEqual(loaded.get_params(), gp.get_params())
+        self.assertEqual(list(np.load(path)["normalized"]), [1])  # so that C and C++ refuse it
         for twin in (pickle.loads(pickle.dumps(gp)), copy.deepcopy(gp)):
             np.testing.assert_array_equal(twin.predict(X), expected)
         self.assertEqual(np.load(path)["inputs"].shape, X.shape)
@@ -255,6 +257,20 @@ class Layouts(unittest.TestCase):
         gp.random_state = object()
         with self.assertRaisesRegex(TypeError, "cannot be saved"):
             gp.save(path)
+
+    def test_too_many_points_are_told_their_memory(self):
+        X = np.zeros((2_000_000, 1))
+        with self.assertRaisesRegex(MemoryError, r'2000000 points takes 8 n\^2 bytes, 32000\.0 GB; approximation "iterative"'):
+            egosieve.GaussianProcess("matern52", optimize=False).fit(X, X[:, 0])
+
+    def test_much_jitter_is_told(self):
+        X = np.linspace(0, 5, 200)[:, None]
+        gp = egosieve.GaussianProcess("squared_exponential", scales=[1.0], noise_stddev=1e-8, optimize=False)
+        with self.assertWarnsRegex(UserWarning, "jitter 1e-10 was added to the noise variance 1e-16"):
+            gp.fit(X, np.sin(X[:, 0]))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            gp.set_params(alpha=1e-6).fit(X, np.sin(X[:, 0]))
 
     def test_serializing_while_points_come(self):
         X, y = data(400)
@@ -350,6 +366,7 @@ class BadInput(unittest.TestCase):
             (ValueError, "rows: 5 is there twice", lambda: gp.remove([5, 5])),
             (TypeError, "rows must be", lambda: gp.remove([0.5])),
             (ValueError, "not fitted", lambda: egosieve.GaussianProcess().predict(X)),
+            (ValueError, "not fitted", lambda: egosieve.GaussianProcess().save("none.npz")),
             (RuntimeError, "a grid needs a model of 2 inputs", lambda: gp.predict_grid(0, 0, 1, 1, 2, 2)),
             (ValueError, "image must be height x width", lambda: gp.predict_image(np.zeros(5, np.uint8))),
             (TypeError, "image has dtype float64", lambda: gp.predict_image(np.zeros((5, 5)))),

@@ -8,6 +8,7 @@
 #ifndef EGOSIEVE_ARRAYS_HPP_
 #define EGOSIEVE_ARRAYS_HPP_
 
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 #include <vector>
@@ -33,6 +34,12 @@ void Describe(T* data, int64_t rows, int64_t columns, int64_t row_stride, int64_
   array.type = is_float ? EGOSIEVE_FLOAT32 : EGOSIEVE_FLOAT64;
 }
 
+/** Rows of a packed matrix; -1, which calls refuse, where `size` is no multiple of `columns`. */
+inline int64_t Rows(size_t size, int64_t columns) {
+  const auto values = static_cast<int64_t>(size);
+  return columns > 0 && values % columns == 0 ? values / columns : -1;
+}
+
 }  // namespace detail
 
 /** A matrix that is read. Cheap to copy; the memory must outlive the call that uses the view. */
@@ -54,11 +61,10 @@ class ConstArray {
   template <typename T>
   ConstArray(const std::vector<T>& values)
       : ConstArray(values.data(), static_cast<int64_t>(values.size())) {}
-  /** A row-major matrix of this many columns. */
+  /** A row-major matrix of this many columns; calls refuse it where the size is no multiple. */
   template <typename T>
   ConstArray(const std::vector<T>& values, int64_t columns)
-      : ConstArray(values.data(), columns > 0 ? static_cast<int64_t>(values.size()) / columns : 0,
-                   columns) {}
+      : ConstArray(values.data(), detail::Rows(values.size(), columns), columns) {}
 
   /** The struct of the C interface. */
   const egosieve_const_array* c() const { return &array_; }

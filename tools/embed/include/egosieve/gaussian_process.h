@@ -334,9 +334,19 @@ EGOSIEVE_API egosieve_status egosieve_gp_annotation(egosieve_gp* gp, void* bytes
  */
 EGOSIEVE_API egosieve_status egosieve_gp_save(egosieve_gp* gp, const char* path);
 
-/** Reads a model file; `device` as in egosieve_gp_options. The file may come from any source. */
+/** The same of a model whose y the caller has normalised; egosieve_gp_load() refuses the file. */
+EGOSIEVE_API egosieve_status egosieve_gp_save_normalized(egosieve_gp* gp, const char* path);
+
+/**
+ * Reads a model file; `device` as in egosieve_gp_options. The file may come from any source.
+ * #EGOSIEVE_FAILED_PRECONDITION where its y are normalised, as by normalize_y in Python.
+ */
 EGOSIEVE_API egosieve_status egosieve_gp_load(const char* path, const char* device,
                                               egosieve_gp** gp);
+
+/** The same also where y are normalised: its annotation tells its writer how. */
+EGOSIEVE_API egosieve_status egosieve_gp_load_normalized(const char* path, const char* device,
+                                                         egosieve_gp** gp);
 
 /** The bytes that egosieve_gp_save() would write; arguments as in egosieve_gp_annotation(). */
 EGOSIEVE_API egosieve_status egosieve_gp_serialize(egosieve_gp* gp, void* bytes, int64_t capacity,

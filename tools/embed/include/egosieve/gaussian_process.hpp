@@ -148,7 +148,7 @@ class GaussianProcess : public Predictor<egosieve_gp, egosieve_gp_free, egosieve
     egosieve_gp* handle = nullptr;
     return internal::Own<GaussianProcess>(egosieve_gp_create(&c, &handle), handle);
   }
-  /** Reads a model file. */
+  /** Reads a model file; an error where its y are normalised, as by normalize_y in Python. */
   static Result<GaussianProcess> Load(const std::string& path, const std::string& device = "") {
     egosieve_gp* handle = nullptr;
     return internal::Own<GaussianProcess>(egosieve_gp_load(path.c_str(), device.c_str(), &handle),

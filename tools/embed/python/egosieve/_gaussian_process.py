@@ -20,7 +20,7 @@ _egosieve = Library("egosieve", """
 device_count(int32* count)
 device_name(int32 index, char* text, int64 capacity)
 gp_create(GpOptions* options, void** gp)
-gp_load(char* path, char* device, void** gp)
+gp_load_normalized(char* path, char* device, void** gp)
 gp_deserialize(void* bytes, int64 size, char* device, void** gp)
 gp_free gp_calibrate posterior_free(void* handle)
 gp_condition_noisy(void* gp, in x, in y, in alpha)
@@ -43,7 +43,7 @@ posterior_float32_error(void* posterior, double* mean, double* variance, double*
 posterior_opencl(void* posterior, void** context, void** device)
 posterior_enqueue(void* posterior, DeviceCall* call, void** event)
 gp_set_annotation(void* gp, void* bytes, int64 size)
-gp_save(void* gp, char* path)
+gp_save gp_save_normalized(void* gp, char* path)
 gp_predict_joint(void* gp, in x, int32 of_observation, out mean, out covariance)
 gp_covariances(void* gp, in x, in z, out k, out by_logarithms, out by_x)
 gp_enqueue_covariances(void* gp, DeviceMatrix* x, DeviceMatrix* z, DeviceMatrix* k, void* queue, void** wait, int64 wait_count, void** event)
@@ -138,7 +138,7 @@ class Model(_Predictor):
 
     @classmethod
     def load(cls, path, device):
-        return cls(_egosieve.make("gp_load", encoded(path), encoded(device)))
+        return cls(_egosieve.make("gp_load_normalized", encoded(path), encoded(device)))
 
     @classmethod
     def deserialize(cls, content, device):
@@ -212,10 +212,10 @@ class Model(_Predictor):
         self.call("enqueue_covariances", *matrices, queue, (c_void_p * len(wait))(*wait), len(wait), event)
         return event.value
 
-    def save(self, path, annotation):
+    def save(self, path, annotation, normalized):
         content = annotation.encode()
         self.call("set_annotation", content, len(content))
-        self.call("save", encoded(path))
+        self.call("save_normalized" if normalized else "save", encoded(path))
 
     def bytes(self, call):
         """What `call` gives, again where another thread has made it more since the size was asked."""

@@ -184,6 +184,11 @@ def labels(name, values, count):
     if array.ndim != 1:
         raise ValueError(f"{name} should be a 1d array, got an array of shape {array.shape} instead.")
     _check_count(name, array, count)
+    if array.dtype == object:
+        try:
+            np.sort(array)
+        except TypeError as error:
+            raise ValueError(f"{name} holds labels that cannot be sorted, of different kinds or None: {error}") from None
     if array.dtype.kind in "fc":
         _check_finite(name, array)
         if array.dtype.kind == "c" or np.any(array != np.round(array)):

@@ -17,7 +17,8 @@ _KERNEL = "isotropic(squared_exponential)"
 class GaussianProcessClassifier(Classifier):
     """Classes by Gaussian processes, one class against the rest where there are more than two.
 
-    Each class has hyperparameters of its own. Probabilities of several classes are scaled to the sum 1.
+    Each class has hyperparameters of its own. Probabilities of several classes are scaled to the sum 1. pickle saves a
+    classifier; models_[0].save(path) writes one of its models for C, C++ and GaussianProcess.load.
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ class GaussianProcessClassifier(Classifier):
         Parameters
         ----------
         X : array of shape (n_samples, n_features)
-        y : n_samples labels of any kind, at least two different
+        y : n_samples labels of one kind that can be sorted, at least two different
         sample_weight : n_samples weights, optional
             A row of weight 2 counts as two rows, one of weight 0 is left out. At most 1e6.
         """

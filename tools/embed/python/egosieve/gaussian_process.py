@@ -24,11 +24,8 @@ def _numbers(*values):
     return [value.tolist() if np.ndim(value) == 0 else value for value in values]
 
 
-def _plain(value):
-    """A NumPy number or array as Python's own, for JSON."""
-    if isinstance(value, (np.generic, np.ndarray)):
-        return value.tolist()
-    raise TypeError(f"a parameter of type {type(value).__name__} cannot be saved")
+# What a kernel of scikit-learn's says as well, with their defaults.
+_STARTS = {"scales": None, "signal_stddev": 1.0, "noise_stddev": 0.1}
 
 
 class GaussianProcess(ExactPredictor, Regressor):
@@ -50,14 +47,17 @@ class GaussianProcess(ExactPredictor, Regressor):
         sums, products and isotropic(...) of these, where all features share a scale:
         "matern52 + linear * isotropic(periodic)". Columns restrict a function to some features, counted from 0 as
         in slices: "matern52[0:3] * periodic[3]", "linear[0, 2]". Objects of sklearn.gaussian_process.kernels are translated:
-        their values are the start, their bounds and fixed values hold (without ConstantKernel the amplitude is
-        fixed at 1), and a WhiteKernel is noise_stddev, of which predictions then speak as well.
+        their values are the start, their bounds and fixed values hold unless `bounds` has others (without
+        ConstantKernel the amplitude is fixed at 1), and a WhiteKernel is noise_stddev, of which predictions then
+        speak as well. ValueError where `scales`, `signal_stddev` or `noise_stddev` are given and differ.
     scales : sequence of float, optional
         Weights w_0 (of the bias), ..., w_D, or length-scales l_1, ..., l_D, or those of the parts in their
         order, with an amplitude before those of each term of a sum but the first. Default: 2.01 for weights of
         the arcsine, 0.5 for length-scales, 1 for others.
     signal_stddev, noise_stddev : float
-        sigma_f and sigma_n, positive; where `optimize` is true, the start.
+        sigma_f and sigma_n, positive; where `optimize` is true, the start. A covariance matrix that is singular to
+        rounding gets a jitter added to sigma_n^2, which hyperparameters_ tells; fit warns where that more than doubles the
+        deviation of the noise.
     alpha : float or array of shape (n_samples,)
         Noise variances of the points of fit on top of sigma_n^2, in units of the normalised y. Default: 0.
     mean : "zero", "constant" or "linear"
@@ -86,7 +86,7 @@ class GaussianProcess(ExactPredictor, Regressor):
     bounds : dict, optional
         Bounds of the optimisation: "scales", "signal_stddev" and "noise_stddev", each (lower, upper) or "fixed";
         "scales" may also be a list of these, one per scale. None in place of an end: the default, which follows
-        the spread of the data.
+        the spread of the data. A key that is not there: the bounds of a kernel object's, else the default.
     random_state : int
         Seed of the subset and of the restarts.
     device : str, optional
@@ -102,6 +102,7 @@ class GaussianProcess(ExactPredictor, Regressor):
     ----------
     n_features_in_ : int
     kernel_ : str, or a kernel of scikit-learn's with the values found
+        The text in place of an object that cannot have these values, as where `bounds` frees what it fixes.
     hyperparameters_ : dict
         scales, signal_stddev, noise_stddev and more, as they are now.
     X_train_, y_train_, alpha_train_ : arrays
@@ -149,6 +150,14 @@ class GaussianProcess(ExactPredictor, Regressor):
         self._adopt(model, X.shape[1], offset, scale, names, search and model.optimize("optimize", search=search))
         if model.in_float64:
             model.posterior()  # fit tells whether the iterations converge
+        found = model.describe()
+        noise = found["noise_stddev"] ** 2 + (0.0 if alpha is None else alpha.min())
+        if found["jitter"] > 3.0 * noise:
+            warnings.warn(
+                f"the covariance matrix is singular to rounding: jitter {found['jitter']:.2g} was added to the noise "
+                f"variance {noise:.2g}; a larger noise_stddev or alpha avoids this",
+                stacklevel=2,
+            )
         return self
 
     def _fit_labels(self, X, y, weights):
@@ -158,9 +167,8 @@ class GaussianProcess(ExactPredictor, Regressor):
         return self._adopt(model, X.shape[1], 0.0, 1.0, None, model.optimize("classify", X, y, weights, search=search))
 
     def _search(self, n_features):
-        bounds = self.bounds
-        if bounds is None and not isinstance(self.kernel, str):
-            bounds = kernels.translate(self.kernel, n_features).bounds
+        of_kernel = {} if isinstance(self.kernel, str) else kernels.translate(self.kernel, n_features).bounds
+        bounds = {**of_kernel, **(self.bounds or {})}
         return {"bounds": bounds, "subset_size": self.subset_size, "restarts": self.n_restarts_optimizer,
                 "seed": arguments.seed(self.random_state)}  # fmt: skip
 
@@ -242,9 +250,11 @@ class GaussianProcess(ExactPredictor, Regressor):
     def save(self, path):
         """Writes the model and these parameters into a file, whole or not at all; numpy.load reads it.
 
-        The factor is rebuilt, so that this model and the loaded one give identical predictions.
+        The factor is rebuilt, so that this model and the loaded one give identical predictions. C and C++ load it, too,
+        unless y was normalised or its mean subtracted. The device and OpenCL's objects are not saved.
         """
-        self._fitted().save(path, self._annotation())
+        core = self._fitted()
+        core.save(path, self._annotation(), normalized=bool(np.any(self._offset) or np.any(np.not_equal(self._scale, 1.0))))
 
     @classmethod
     def load(cls, path, device=None):
@@ -322,9 +332,12 @@ class GaussianProcess(ExactPredictor, Regressor):
         shape = (info["outputs"],) if info["outputs"] > 1 else ()
         observed, names, offset, scale = False, None, np.zeros(shape), np.ones(shape)
         try:
-            kept = json.loads(model.bytes("annotation"))[_PARAMETERS_KEY]
+            kept = json.loads(model.bytes("annotation"), object_hook=kernels.from_json)[_PARAMETERS_KEY]
             offset, scale = (np.reshape(np.array(kept[name], dtype=float), shape) for name in ("offset", "scale"))
-            gp.set_params(**kept["parameters"])
+            parameters = dict(kept["parameters"])
+            if parameters.get("kernel") is None:  # an object, and scikit-learn is not here: all of these are the model's
+                parameters = {name: value for name, value in parameters.items() if name not in ("kernel", *_STARTS)}
+            gp.set_params(**parameters)
             observed, names = kept["observed"], kept["features"]
         except (ValueError, KeyError, TypeError):
             pass  # a file of another program's
@@ -333,13 +346,12 @@ class GaussianProcess(ExactPredictor, Regressor):
         return gp
 
     def _annotation(self):
-        # The model's own kernel is in the file; alpha belongs to the points, which are there as well.
-        left_out = ("kernel", "scales", "alpha", "device", *_OF_THE_PROCESS)
+        left_out = ("device", *_OF_THE_PROCESS)
         parameters = {name: value for name, value in self.get_params(deep=False).items() if name not in left_out}
         names = getattr(self, "feature_names_in_", None)
         kept = {"offset": self._offset, "scale": self._scale, "parameters": parameters, "observed": self._observed,
                 "features": None if names is None else list(names)}  # fmt: skip
-        return json.dumps({_PARAMETERS_KEY: kept}, default=_plain)
+        return json.dumps(kernels.for_json({_PARAMETERS_KEY: kept}))
 
     def _new_model(self, n_features):
         kernel, scales = self.kernel, self.scales
@@ -347,8 +359,13 @@ class GaussianProcess(ExactPredictor, Regressor):
         noise_stddev = arguments.number("noise_stddev", self.noise_stddev)
         if not isinstance(kernel, str):
             found = kernels.translate(kernel, n_features)
-            kernel, signal_stddev = found.text, found.signal_stddev
-            scales = found.scales if scales is None else scales
+            for name, default in _STARTS.items():
+                given, value = getattr(self, name), getattr(found, name)
+                if value is None or np.array_equal(given, default):
+                    continue
+                if np.size(given) != np.size(value) or not np.allclose(given, value, rtol=1e-9, atol=0.0):
+                    raise ValueError(f"{name} = {given}, but the kernel {kernel!r} has {np.asarray(value)}; leave {name} out")
+            kernel, scales, signal_stddev = found.text, found.scales, found.signal_stddev
             noise_stddev = found.noise_stddev or noise_stddev
         scales = None if scales is None else [float(scale) for scale in np.ravel(scales)]
         opencl = {name: None if getattr(self, name) is None else arguments.address(name, getattr(self, name))

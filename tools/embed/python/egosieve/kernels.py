@@ -161,8 +161,11 @@ def translate(kernel, n_features):
 def with_values(kernel, found):
     """`kernel` with the values that make its translation that of `found`, a model's hyperparameters.
 
-    Logarithms depend linearly on one another, but for sums of noises: Newton's method with the least change.
+    Logarithms depend linearly on one another, but for sums of noises: Newton's method with the least change. The
+    text of `found` where `kernel` cannot have them.
     """
+    if translate(kernel, found["dimension"]).text != found["kernel"]:
+        return found["kernel"]
     wanted = np.log([*found["scales"], found["signal_stddev"], found["noise_stddev"]])
 
     def difference(theta):
@@ -177,4 +180,37 @@ def with_values(kernel, found):
             break
         slopes = np.stack([(left - difference(theta + step)) / 1e-4 for step in 1e-4 * np.eye(len(theta))], axis=1)
         theta = theta + np.linalg.lstsq(slopes, left, rcond=1e-6)[0]
-    return kernel.clone_with_theta(theta)
+    return kernel.clone_with_theta(theta) if np.abs(difference(theta)).max() < 1e-6 else found["kernel"]
+
+
+_NAMES = ("Sum", "Product", "ConstantKernel", "WhiteKernel", "RBF", "Matern", "RationalQuadratic", "DotProduct", "ExpSineSquared")
+
+
+def for_json(value):
+    """Parameters as JSON has them: arrays as lists, kernels of scikit-learn's and tuples as objects of one key."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    if isinstance(value, dict):
+        return {name: for_json(entry) for name, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        entries = [for_json(entry) for entry in value]
+        return {"tuple": entries} if isinstance(value, tuple) else entries
+    if type(value).__name__ in _NAMES:
+        return {type(value).__name__: for_json(value.get_params(deep=False))}
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    raise TypeError(f"a parameter of type {type(value).__name__} cannot be saved")
+
+
+def from_json(entry):
+    """The inverse for a dict; a kernel is None where scikit-learn is not installed."""
+    name, *others = entry or [None]
+    if name == "tuple":
+        return tuple(entry[name])
+    if others or name not in _NAMES:
+        return entry
+    try:
+        from sklearn.gaussian_process import kernels as known
+    except ImportError:
+        return None
+    return getattr(known, name)(**entry[name])
