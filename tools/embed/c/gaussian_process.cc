@@ -339,7 +339,7 @@ egosieve_status egosieve_gp_load_normalized(const char* path, const char* device
   return New(__func__, gp, [&] {
     RequirePointer("path", path);
     gp::ModelFile file = Take(gp::ReadModelFile(path, /*may_be_normalized=*/true));
-    return LearningModel::FromFile(Take(ContextOf(device)), std::move(file));
+    return LearningModel::Create(Take(ContextOf(device)), std::move(file));
   });
 }
 
