@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
@@ -63,11 +61,6 @@ std::string PieceFolder(const std::string& out, size_t piece) {
 // piece: from 1; 0: the drive. Empty if the drive has no such piece, and nothing to merge.
 std::vector<std::string> ArgumentsOf(const std::string& command, size_t piece,
                                      const BatchDrive& drive) {
-  const auto flags_of = [&](const std::string& name) {
-    const auto flags = drive.flags.find(name);
-    return flags == drive.flags.end() ? std::vector<std::string>() : flags->second;
-  };
-  const std::vector<std::string> flags = flags_of(command), of_segment = flags_of("segment");
   const size_t cuts = drive.cuts.size();
   if (piece > cuts + 1 || (command == "merge" && cuts == 0)) return {};
   std::vector<std::string> words = {command, command == "segment" ? drive.path : drive.out};
@@ -78,20 +71,15 @@ std::vector<std::string> ArgumentsOf(const std::string& command, size_t piece,
   for (size_t i = 2; command == "merge" && i <= cuts + 1; ++i) {
     words.push_back(PieceFolder(drive.out, i));
   }
-  words.insert(words.end(), flags.begin(), flags.end());
+  if (const auto flags = drive.flags.find(command); flags != drive.flags.end()) {
+    words.insert(words.end(), flags->second.begin(), flags->second.end());
+  }
   if (piece > 1) {
     const int64_t from = std::max<int64_t>(1, drive.cuts[piece - 2] - kOverlapFrames);
     words.push_back(absl::StrCat("--from=", from));
   }
   if (piece > 0 && piece <= cuts) {
     words.push_back(absl::StrCat("--to=", drive.cuts[piece - 1] - 1));
-  }
-  const auto is_device = [](const std::string& flag) {
-    return absl::StartsWith(flag, "--device=");
-  };
-  if ((command == "refine" || command == "render") &&
-      std::none_of(flags.begin(), flags.end(), is_device)) {
-    std::copy_if(of_segment.begin(), of_segment.end(), std::back_inserter(words), is_device);
   }
   words.push_back("--progress=none");
   return words;

@@ -97,7 +97,7 @@ void MasksFlags::AddFlags(CLI::App& app) {
   pass("--ignore", "IMAGE", "Nothing moves where this image of the frames' size is not black",
        passed);
   pass("--max_frames", "FRAMES", "Frames to segment at most", passed);
-  pass("--device", "DEVICE", "As for segment: see egosieve devices", passed_to_both);
+  pass("--device", "DEVICE", "As for segment: see egosieve devices", passed);
   pass("--threads", "NUMBER", "Threads, on the host and on a CPU as device", passed_to_both);
   progress.AddFlag(app);
   result.AddFlag(app);

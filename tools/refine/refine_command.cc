@@ -79,8 +79,6 @@ void RefineFlags::AddFlags(CLI::App& app) {
   AddObjectFlags(app, options.objects);
   range.AddFlags(app);
   threads.AddFlag(app);
-  // Without effect, for scripts of before: all of this is computed on the host.
-  device.AddFlag(app);
   progress.AddFlag(app);
   result.AddFlag(app);
 }

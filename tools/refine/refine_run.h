@@ -16,7 +16,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "tools/cli/device_flag.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/frame_range.h"
 #include "tools/cli/progress.h"
@@ -51,7 +50,6 @@ struct RefineFlags {
   RefineOptions options;  // but its `what`
   FrameRange range;
   ThreadsFlag threads;
-  DeviceFlag device;
   ProgressFlag progress;
   ResultFlag result;
 

@@ -179,8 +179,6 @@ class RenderCommand : public Command {
         ->check(Between(0.0, 240.0))
         ->type_name("HZ");
     options_.range.AddFlags(app);
-    // Without effect, for scripts of before: all of this is computed on the host.
-    options_.device.AddFlag(app);
     options_.progress.AddFlag(app);
     options_.result.AddFlag(app);
   }

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "tools/cli/device_flag.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/frame_range.h"
 #include "tools/cli/progress.h"
@@ -24,7 +23,6 @@ struct RenderOptions {
   bool video = true;     // overlay.mp4
   double rate_hz = 0.0;  // the video's; 0: the input's
   FrameRange range;
-  DeviceFlag device;
   ProgressFlag progress;
   ResultFlag result;
 };

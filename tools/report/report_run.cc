@@ -129,8 +129,6 @@ class ReportCommand : public Command {
         ->check(Between(0, 1000))
         ->type_name("NUMBER");
     AddObjectFlags(app, options_.overlay.objects);
-    // Without effect, for scripts of before: all of this is computed on the host.
-    options_.device.AddFlag(app);
     options_.progress.AddFlag(app);
     options_.result.AddFlag(app);
   }

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "tools/cli/device_flag.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
@@ -18,7 +17,6 @@ struct ReportOptions {
   std::string input;      // where the run's input is now; empty: where run.json says
   int64_t pictures = 12;  // overlays on the page
   OverlayOptions overlay;
-  DeviceFlag device;
   ProgressFlag progress;
   ResultFlag result;
 };

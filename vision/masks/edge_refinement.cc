@@ -55,7 +55,7 @@ cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds,
   cv::Mat1f smooth;
   cv::ximgproc::fastGlobalSmootherFilter(image, rough, smooth, reach_pixels * reach_pixels,
                                          options.levels);
-  return cv::max(cv::min(smooth, 1.0f), 0.0f);
+  return cv::max(cv::min(smooth, 1.0f - kDoubt), kDoubt);
 }
 
 }  // namespace egosieve::vision

@@ -2,6 +2,7 @@
 //
 //   l(x)   log odds (SS3) of shot_segmentation.h, at working resolution                       (ER1)
 //   p      = fgs(1 / (1 + exp(-l))), l interpolated linearly to full resolution               (ER2)
+//            kept within 0.002 and 0.998
 //   fgs    argmin_p sum (p - p_0)^2 + r^2 sum_{x ~ y} exp(-|I_x - I_y| / levels) (p_x - p_y)^2:
 //          OpenCV's fast global smoother; r = reach times the longer side, in pixels
 //

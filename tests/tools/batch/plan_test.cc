@@ -49,7 +49,7 @@ TEST(BatchPlan, StepsNeedTheMapsAndTheMasksBeforeThem) {
                                 {{"segment", {"--device=cpu"}},
                                  {"refine", {"--causal"}},
                                  {"masks", {"--for=colmap"}},
-                                 {"render", {"--device=gpu"}}},
+                                 {"render", {"--threads=2"}}},
                                 {"refine", "masks", "render"}}});
   EXPECT_THAT(StageNames(plan), ElementsAre("segment", "refine", "masks", "render"));
   const std::vector<BatchTask>& tasks = plan.tasks();
@@ -58,12 +58,12 @@ TEST(BatchPlan, StepsNeedTheMapsAndTheMasksBeforeThem) {
   EXPECT_THAT(tasks[3].needs, ElementsAre(1));
   EXPECT_THAT(tasks[0].arguments, ElementsAre("segment", "/a.mp4", "--out=/out/a", "--resume",
                                               "--device=cpu", "--progress=none"));
-  EXPECT_THAT(tasks[1].arguments, ElementsAre("refine", "/out/a", "--resume", "--causal",
-                                              "--device=cpu", "--progress=none"));
+  EXPECT_THAT(tasks[1].arguments,
+              ElementsAre("refine", "/out/a", "--resume", "--causal", "--progress=none"));
   EXPECT_THAT(tasks[2].arguments, ElementsAre("masks", "/out/a", "--out=/out/a.masks",
                                               "--overwrite", "--for=colmap", "--progress=none"));
   EXPECT_THAT(tasks[3].arguments,
-              ElementsAre("render", "/out/a", "--device=gpu", "--progress=none"));
+              ElementsAre("render", "/out/a", "--threads=2", "--progress=none"));
   const auto refused = [](const BatchDrive& a, const BatchDrive& b) {
     return BatchPlan::Create({a, b}).status().code() == absl::StatusCode::kInvalidArgument;
   };
