@@ -157,6 +157,8 @@ def main():
     for name in [] if options.page else options.names or MEASUREMENTS:
         if "{data}" not in MEASUREMENTS[name][0] or DATA.is_dir():
             measure(name, record)
+            if file.exists():  # another call may have written it since
+                record = json.loads(file.read_text()) | {name: record[name]}
             file.write_text(json.dumps(record, indent=1) + "\n")
     (ROOT / "docs" / "results.md").write_text(page(record))
 
