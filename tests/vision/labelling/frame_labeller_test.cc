@@ -61,16 +61,36 @@ TEST(FrameLabeller, WhatIsBlankWithinAMoverHasNoLabelAndWhatIsBlankInTheWallHas)
 }
 
 TEST(FrameLabeller, PaperLabelsTheFirstFrameAndDiscardsBeyondItsDistance) {
-  const FrameLabellerOptions options = FrameLabellerOptions::Paper();
-  auto labeller = MakeLabeller(options);
-  ASSERT_TRUE(labeller->Process(WallFrame(0)).ok());
-  const auto labelled = Value(labeller->Process(WallFrame(1)));
+  // Wall and square move along horizontal epipolar lines, two patches off them.
+  constexpr int kSide = 32, kNear = 2, kFar = 5;  // pixels
+  const auto patches = [](int index) {
+    return std::vector{cv::Rect(160 - 3 * index, 20 + kNear * index, kSide, kSide),
+                       cv::Rect(160 + index, 90 + kFar * index, kSide, kSide)};
+  };
+  auto labeller = MakeLabeller(FrameLabellerOptions::Paper());
+  LabelledFrame labelled;
+  for (int t = 0; t < 2; ++t) {
+    Frame frame = WallFrame(t);
+    for (int k = 0; k < 2; ++k) Texture(kSide, kSide, 7 + k).copyTo(frame.image(patches(t)[k]));
+    labelled = Value(labeller->Process(std::move(frame)));
+  }
   ASSERT_EQ(labelled.outcome, LabelOutcome::kLabelled) << labelled.reason;
   ExpectWellFormed(labelled);
   EXPECT_EQ(labelled.labelled.index, 0);
   EXPECT_EQ(labelled.frame_index, 1);
   EXPECT_EQ(labelled.motion_model, MotionModelKind::kFundamental);
   EXPECT_EQ(labelled.match_count, labelled.size() + labelled.discarded_count);
+  EXPECT_GT(labelled.discarded_count, 3);
+  std::vector<double> of_near;
+  for (int64_t i = 0; i < labelled.size(); ++i) {
+    const cv::Point at(cvRound(labelled.positions[2 * i]), cvRound(labelled.positions[2 * i + 1]));
+    if (patches(0)[0].contains(at)) of_near.push_back(labelled.probability[i]);
+    EXPECT_FALSE(patches(0)[1].contains(at)) << at;
+  }
+  ASSERT_GT(of_near.size(), 5u);
+  std::ranges::sort(of_near);
+  // Places are exact to some hundredths of a pixel.
+  EXPECT_NEAR(of_near[of_near.size() / 2], kNear / 3.0, 0.05 / 3.0);
 }
 
 TEST(FrameLabeller, SameBytesForOneTwoAndFourThreads) {
