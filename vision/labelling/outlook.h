@@ -27,9 +27,6 @@ struct Outlook {
   View near, far;
 
   const View& longest() const { return far.frame != nullptr ? far : near; }
-  bool knows_ground() const {
-    return near.motion.ground_slope > 0.0 || far.motion.ground_slope > 0.0;
-  }
   bool empty() const { return near.frame == nullptr && far.frame == nullptr; }
 };
 

@@ -132,10 +132,10 @@ class TrackLabeller : public FrameLabeller {
                                 LabellingTimes& times);
   Pinhole Camera(cv::Size size) const;
   // Updates the speed of the ground. back: the motion from `frame` to `before`; null: not known.
-  // speed: by the places that flow follows, heights per second; 0: not known.
+  // observation: without the pictures.
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
                      const TwoViewMotion* back, const View& far, const Pictures& ahead,
-                     double speed);
+                     GroundObservation observation);
   // Adds pictures before the last of `pictures`, which is of the frame before `frame`, as far as
   // the motions between them are known and there are fewer than for a frame with pictures ahead.
   void AddEarlier(const ExtractedFrame& frame, std::vector<GroundPicture>& pictures) const;
@@ -144,7 +144,7 @@ class TrackLabeller : public FrameLabeller {
   // not be found.
   void MarkUnbounded(const ExtractedFrame& frame, const TwoViewMotion& back, const Outlook& outlook,
                      std::vector<TrackedPoint>& points);
-  // Sets the motion's ground by its speed over the drive, if that is known. seconds: of the pair.
+  // Sets the motion's ground by its speed over the drive of a vehicle. seconds: of the pair.
   // ground_heights stays what the pair shows where the two agree.
   void BoundGround(double seconds, TwoViewMotion& motion) const;
   // The three above for the pair of `first`, which may be null, and `frame`.

@@ -120,6 +120,10 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   result.outcome = LabelOutcome::kLabelled;
 }
 
+double SecondsBetween(const ExtractedFrame& a, const ExtractedFrame& b) {
+  return std::abs(a.frame.time_seconds - b.frame.time_seconds);
+}
+
 constexpr int kNoGap = 1 << 20;  // longer than any track
 // Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their
 // mean, also holds reflections, which change within half a second.
@@ -147,7 +151,7 @@ void TrackLabeller::AddEarlier(const ExtractedFrame& frame,
 
 void TrackLabeller::ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
                                   const TwoViewMotion* back, const View& far, const Pictures& ahead,
-                                  double speed) {
+                                  GroundObservation observation) {
   const double seconds = frame.frame.time_seconds - before.frame.time_seconds;
   if (!travel().IsOfVehicle() || !(seconds > 0.0)) return;
   GroundSearchView view;
@@ -169,7 +173,8 @@ void TrackLabeller::ObserveGround(const ExtractedFrame& before, const ExtractedF
     view.pictures.push_back({before.grey, -seconds, back->rotation});
     AddEarlier(frame, view.pictures);
   }
-  ground_.Advance(seconds, {LikelihoodOfSpeeds(view), speed});
+  observation.pictures = LikelihoodOfSpeeds(view);
+  ground_.Advance(seconds, observation);
 }
 
 void TrackLabeller::MarkUnbounded(const ExtractedFrame& frame, const TwoViewMotion& back,
@@ -204,9 +209,9 @@ void TrackLabeller::MarkUnbounded(const ExtractedFrame& frame, const TwoViewMoti
 }
 
 void TrackLabeller::BoundGround(double seconds, TwoViewMotion& motion) const {
+  if (!travel().IsOfVehicle()) return;
   const double heights = ground_.Low() * seconds;
-  if (!(heights > 0.0)) return;
-  motion.ground_slope = SlopeOfHeights(heights);
+  motion.ground_slope = SlopeOfBound(heights);
   // Where the pair's own places agree with the speed, they know better how the ground lies.
   const double difference = std::abs(std::log(motion.ground_heights / heights));
   if (!(difference < 2.0 * kGroundError)) motion.ground_heights = heights;
@@ -227,12 +232,15 @@ absl::StatusOr<Outlook> TrackLabeller::OutlookOf(const ExtractedFrame& frame, co
 
 absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
                                            LabelledFrame& result) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead, {}, result.times));
+  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, OutlookOf(frame, ahead, {}, result.times));
   if (outlook.empty()) return absl::OkStatus();
   Stopwatch watch;
   if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
   std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
-  if (outlook.knows_ground()) MarkUnbounded(frame, TwoViewMotion(), outlook, points);
+  for (View* view : {&outlook.near, &outlook.far}) {
+    if (view->frame != nullptr) BoundGround(SecondsBetween(frame, *view->frame), view->motion);
+  }
+  MarkUnbounded(frame, TwoViewMotion(), outlook, points);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
       evidence_.Judge(nullptr, frame, 1, points, nullptr, Camera(frame.grey.size()),
@@ -305,23 +313,27 @@ void TrackLabeller::UseGround(const ExtractedFrame& before, const ExtractedFrame
   const TwoViewMotion to_before = gap > 1 ? behind.motion : Inverse(world);
   const bool is_known = gap > 1 ? behind.frame != nullptr : world.found;
   std::vector<std::pair<double, TwoViewMotion*>> motions;  // with their times, seconds
-  const double now = frame.frame.time_seconds;
-  if (first != nullptr) motions.emplace_back(now - first->frame.time_seconds, &world);
+  if (first != nullptr) motions.emplace_back(SecondsBetween(frame, *first), &world);
   for (View* view : {&behind, &outlook.near, &outlook.far}) {
     if (view->frame == nullptr) continue;
-    motions.emplace_back(std::abs(view->frame->frame.time_seconds - now), &view->motion);
+    motions.emplace_back(SecondsBetween(frame, *view->frame), &view->motion);
   }
-  double longest = 0.0, speed = 0.0;
+  // By the longest pairs that show it.
+  GroundObservation observation;
+  double longest = 0.0, longest_with_ground = 0.0;
   for (const auto& [seconds, motion] : motions) {
-    if (!(motion->ground_heights > 0.0 && seconds > longest)) continue;
-    longest = seconds;
-    speed = motion->ground_heights / seconds;
+    if (motion->found && seconds > longest) {
+      longest = seconds;
+      observation.scene_parallax = std::max(motion->mean_parallax, motion->noise) / seconds;
+    }
+    if (motion->ground_heights > 0.0 && seconds > longest_with_ground) {
+      longest_with_ground = seconds;
+      observation.speed = motion->ground_heights / seconds;
+    }
   }
-  ObserveGround(before, frame, is_known ? &to_before : nullptr, outlook.far, ahead, speed);
+  ObserveGround(before, frame, is_known ? &to_before : nullptr, outlook.far, ahead, observation);
   for (const auto& [seconds, motion] : motions) BoundGround(seconds, *motion);
-  if (world.ground_slope > 0.0 || behind.motion.ground_slope > 0.0 || outlook.knows_ground()) {
-    MarkUnbounded(frame, Inverse(world), outlook, points);
-  }
+  MarkUnbounded(frame, Inverse(world), outlook, points);
 }
 
 absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const ExtractedFrame& frame,

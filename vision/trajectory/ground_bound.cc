@@ -9,7 +9,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kGroundShare = 0.6, kSpeedShare = 0.85;
+constexpr double kGroundShare = 0.85;
 constexpr double kForward = 0.7;     // least component of the motion along the optical axis
 constexpr double kPeak = 0.15;       // of log(r / below), half width of the mode
 constexpr double kLeastShare = 0.2;  // least share of points that agree with the mode
@@ -37,12 +37,10 @@ double GroundSlopeOf(const std::vector<BelowHorizon>& places) {
   std::sort(logs.begin(), logs.end());
   const auto [first, count] = DensestWindow(logs, 2.0 * kPeak);
   if (static_cast<double>(count) < kLeastShare * static_cast<double>(logs.size())) return 0.0;
-  return kGroundShare * std::exp(logs[first + count / 2]);
+  return std::exp(logs[first + count / 2]);
 }
 
-double CameraHeights(double ground_slope) { return ground_slope / kGroundShare; }
-
-double SlopeOfHeights(double heights) { return kSpeedShare * heights; }
+double SlopeOfBound(double heights) { return kGroundShare * heights; }
 
 bool MovesForwardOrBack(const Eigen::Vector3d& tau) { return std::abs(tau(2)) >= kForward; }
 

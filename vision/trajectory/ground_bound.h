@@ -10,9 +10,10 @@
 // This is exact. The r of two_view_motion.h is |d| / |e| = r / (1 + tau_z r), and for road near a
 // camera that moves forward the two differ by half.
 //
-// Objects on the ground occlude it, so r >= r_ground for every static point. g is the mode of r /
-// (p_y - tau_y / tau_z) over points with parallax: the points of the ground agree, those of a wall
-// do not. The bound is only `kGroundShare` of g, since ground slopes down and cameras roll.
+// Objects on the ground occlude it, so r >= r_ground for every static point. In one pair g is the
+// mode of r / (p_y - tau_y / tau_z) over points with parallax: the points of the ground agree, those
+// of a wall do not. The bound has `kGroundShare` of the g of the drive (ground_speed.h), since
+// ground slopes down and cameras roll.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,14 +32,11 @@ struct BelowHorizon {
 double InverseDepthOf(double parallax, const Eigen::Vector3d& tau);
 double ParallaxOf(double inverse_depth, const Eigen::Vector3d& tau);
 
-// kGroundShare g; 0 where too few points agree. Inverse depths must not be negative.
+// g; 0 where too few points agree. Inverse depths must not be negative.
 double GroundSlopeOf(const std::vector<BelowHorizon>& places);
 
-// CameraHeights: |t| in heights of the camera, from a slope of GroundSlopeOf. SlopeOfHeights: the
-// slope of the bound for a known |t| in heights of the camera; it is a larger share of g than
-// kGroundShare, so the two functions are not inverses.
-double CameraHeights(double ground_slope);
-double SlopeOfHeights(double heights);
+// kGroundShare g, for |t| in heights of the camera.
+double SlopeOfBound(double heights);
 
 // Whether the camera moves forward or back. If not, the horizon does not pass through the point
 // that it moves towards.

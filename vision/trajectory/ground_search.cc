@@ -39,7 +39,7 @@ constexpr size_t kMostPlaces = 1500;
 constexpr size_t kFewestPictures = 3;
 
 // Speeds of objects other than the road: those of the ground, and these, in heights per second.
-constexpr std::array kOtherSpeeds = {-20.0, -12.0, -6.0, -3.0, -1.5, 0.0, 0.3};
+constexpr std::array kOtherSpeeds = {-20.0, -12.0, -6.0, -3.0, -1.5};
 constexpr int kAllSpeeds = kSpeeds + static_cast<int>(kOtherSpeeds.size());
 using AllSpeeds = Eigen::Array<double, kAllSpeeds, 1>;
 
@@ -51,14 +51,14 @@ AllSpeeds SpeedsTried() {
   return speeds;
 }
 
-// p(v' | v) of (SR3): one row per speed of the ground, the last row without ground.
-using OtherPrior = Eigen::Matrix<double, kSpeeds + 1, kAllSpeeds>;
+// p(v' | v) of (SR3): one row per speed of the ground.
+using OtherPrior = Eigen::Matrix<double, kSpeeds, kAllSpeeds>;
 
 OtherPrior MakeOtherPrior() {
   const AllSpeeds speeds = SpeedsTried();
   OtherPrior prior;
   for (int v = 0; v < kSpeeds; ++v) {
-    const double ground = SpeedAt(v);
+    const double ground = std::max(SpeedAt(v), kSlowSpeed);
     for (int k = 0; k < kAllSpeeds; ++k) {
       const double speed = speeds(k);
       const double width =
@@ -73,7 +73,6 @@ OtherPrior MakeOtherPrior() {
     }
     prior.row(v) /= prior.row(v).sum();
   }
-  prior.row(kSpeeds).setConstant(1.0 / kAllSpeeds);
   return prior;
 }
 
@@ -140,11 +139,10 @@ SpeedLikelihood GroundSearch::Likelihood() const {
     AllSpeeds ratios = sums.LogRatios(noise_ * noise_);
     const double best = ratios.maxCoeff();
     ratios = (ratios - best).max(-kMostOfCell).exp();
-    const Eigen::Array<double, kSpeeds + 1, 1> other = (prior * ratios.matrix()).array();
+    const Eigen::Array<double, kSpeeds, 1> other = (prior * ratios.matrix()).array();
     for (int v = 0; v < kSpeeds; ++v) {
       result[v] += best + std::log(0.5 * ratios(kOtherSpeeds.size() + v) + 0.5 * other(v));
     }
-    result[kSpeeds] += best + std::log(other(kSpeeds));
   }
   for (double& value : result) value /= static_cast<double>(view_.pictures.size());
   return result;

@@ -26,8 +26,7 @@
 //
 // l_C is divided by kPixelCorrelation and is limited to at most kMostOfCell below its maximum over
 // the speeds. L is divided by the number of pictures, since each picture enters that many
-// likelihoods of the drive. The hypothesis without ground takes every cell for an object with any
-// v'. Reference: Neidell & Taner (1971), semblance.
+// likelihoods of the drive. Reference: Neidell & Taner (1971), semblance.
 #pragma once
 
 #include <Eigen/Core>

@@ -61,7 +61,7 @@ RelativePose PoseOf(const TwoViewMotion& motion) {
 }
 
 void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoViewMotion& motion) {
-  motion.ground_slope = motion.ground_heights = 0.0;
+  motion.ground_heights = 0.0;
   if (!motion.HasParallax()) return;
   const PreparedState state(StateOf(motion));
   std::vector<BelowHorizon> places;
@@ -73,8 +73,7 @@ void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoV
     if (terms.log_static(0) < terms.log_moving(0) || terms.s(0) < kShowing * state.noise) continue;
     places.push_back({InverseDepthOf(terms.s(0) / terms.length(0), state.tau), below});
   }
-  motion.ground_slope = GroundSlopeOf(places);
-  motion.ground_heights = CameraHeights(motion.ground_slope);
+  motion.ground_heights = GroundSlopeOf(places);
 }
 
 PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,

@@ -92,7 +92,7 @@ struct TwoViewMotion {
   double noise_pixels = 0.0;                               // sigma
   double parallax_pixels = 0.0;                            // median of s over the static points
   // See ground_bound.h: the slope of the bound, and |t| in heights of the camera; 0: not known.
-  // EstimateTwoViewMotion leaves them at 0.
+  // EstimateTwoViewMotion leaves them at 0; FindGround sets the second.
   double ground_slope = 0.0, ground_heights = 0.0;
   // Whether (TV8) holds: so for cameras that are on no vehicle. EstimateTwoViewMotion leaves it.
   bool scatters = false;
@@ -123,7 +123,7 @@ TwoViewMotion Inverse(const TwoViewMotion& motion);
 // Its translation means something where HasParallax().
 RelativePose PoseOf(const TwoViewMotion& motion);
 
-// Sets ground_slope and ground_heights by the pairs from which the motion was estimated. Only
+// Sets ground_heights by the pairs from which the motion was estimated. Only
 // static pairs with measurable parallax are used. Sets 0 where HasParallax() is false.
 void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoViewMotion& motion);
 

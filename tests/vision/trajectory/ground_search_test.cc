@@ -61,7 +61,7 @@ SpeedLikelihood SumOver(double speed, const std::function<void(GroundSearchView&
     GroundSearchView view = ViewOf(speed, from);
     edit(view);
     const SpeedLikelihood likelihood = LikelihoodOfSpeeds(view);
-    for (int k = 0; k <= kSpeeds; ++k) sum[k] += likelihood[k];
+    for (int k = 0; k < kSpeeds; ++k) sum[k] += likelihood[k];
   }
   return sum;
 }
@@ -70,9 +70,7 @@ TEST(GroundSearch, FindsTheSpeedOfABlankRoadByItsMarks) {
   for (const double speed : {4.0, 10.0, 20.0}) {
     const SpeedLikelihood likelihood = SumOver(speed, [](GroundSearchView&) {});
     const int best = Best(likelihood);
-    ASSERT_LT(best, kSpeeds) << speed;
     EXPECT_LT(std::abs(std::log(SpeedAt(best) / speed)), std::log(kFactor)) << speed;
-    EXPECT_GT(likelihood[best], likelihood[kSpeeds]) << speed;
   }
 }
 
@@ -93,7 +91,6 @@ TEST(GroundSearch, IsNotMisledByTrafficAtTheCamerasSpeed) {
     }
   });
   const int best = Best(likelihood);
-  ASSERT_LT(best, kSpeeds);
   EXPECT_LT(std::abs(std::log(SpeedAt(best) / 10.0)), std::log(kFactor));
 }
 
@@ -110,7 +107,6 @@ TEST(GroundSearch, IsNotMisledByReflections) {
     }
   });
   const int best = Best(likelihood);
-  ASSERT_LT(best, kSpeeds);
   EXPECT_LT(std::abs(std::log(SpeedAt(best) / 10.0)), std::log(kFactor));
 }
 
@@ -130,7 +126,6 @@ TEST(GroundSearch, FollowsACameraThatTurns) {
     }
   });
   const int best = Best(likelihood);
-  ASSERT_LT(best, kSpeeds);
   EXPECT_LT(std::abs(std::log(SpeedAt(best) / 10.0)), std::log(kFactor));
 }
 
