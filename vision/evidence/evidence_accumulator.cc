@@ -141,8 +141,8 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
   const PhotometricSupport* both = pictures ? &*pictures : nullptr;
   const std::vector<CalibratedPair> views = PairsOfViews(frame);
   MeasurePairs(frame, both, views, result);
-  MeasureRoad(frame, both, next, result);
-  MeasureRoadAhead(frame, views, next, result);
+  MeasureRoad(frame, both, result);
+  MeasureRoadAhead(frame, views, result);
   Fuse(frame, next, result);
 
   result.mover_share = next.mover_share;
@@ -152,10 +152,7 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
   return result;
 }
 
-void EvidenceAccumulator::Interrupt() {
-  state_.memories.clear();
-  state_.road = {};
-}
+void EvidenceAccumulator::Interrupt() { state_.memories.clear(); }
 
 absl::Status EvidenceAccumulator::Restore(EvidenceState state) {
   const bool sorted =

@@ -82,7 +82,7 @@ struct EvidenceResult {
   std::vector<PointEvidence> points;  // one per point
   std::vector<GuidedPlace> standing;  // those of `unfollowed` that are static road
   double standing_probability = 0.0;  // of being dynamic, for each place of `standing`
-  bool road = false;                  // a road plane found
+  bool road = false;                  // the ground is known
   double mover_share = 0.0;           // pi
 };
 
@@ -95,7 +95,6 @@ struct EvidenceState {
   cv::Size size;
   std::vector<Memory> memories;  // by increasing track_id
   double mover_share = 0.1;
-  RoadSlope road;
 };
 
 class EvidenceAccumulator {
@@ -105,7 +104,7 @@ class EvidenceAccumulator {
   // other than the last frame's resets the state.
   absl::StatusOr<EvidenceResult> Add(const EvidenceFrame& frame);
 
-  // For a cut in the video: drops tracks and the road; keeps the share of movers.
+  // For a cut in the video: drops tracks; keeps the share of movers.
   void Interrupt();
 
   const EvidenceState& state() const { return state_; }

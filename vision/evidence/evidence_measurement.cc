@@ -24,9 +24,8 @@ namespace {
 // The road term of a frame's evidence, in three steps:
 //
 //   1. inverse depths of the followed places, and the road plane       road_plane.h
-//      fitted to them; if none is found, a given plane
 //   2. with both pictures: road among the unfollowed places            guided_match.h
-//   3. log-likelihood ratios of all places, by grey levels, (R2)       road_contact.h
+//   3. log-likelihood ratios of all places, by grey levels, (R3)       road_contact.h
 //      and ground contacts
 //
 // A place of step 2 for which step 3 finds evidence of motion is dropped, because no flow confirms
@@ -40,17 +39,15 @@ struct RoadView {
   std::vector<cv::Point2f> unfollowed;  // places of the current frame where flow failed
   cv::Mat before, now;                  // CV_8UC1 of `size`; not read without `pictures`
   const PhotometricSupport* pictures = nullptr;
-  std::optional<Eigen::Vector3d> plane;  // m of (R1), used if none is found in `pairs`
+  Eigen::Vector3d level = Eigen::Vector3d::Zero();  // m0 of (R2)
 };
 
 struct RoadEvidence {
-  RoadPlane road;                     // if not found, the other fields are empty
   std::vector<double> log_ratios;     // one per pair
   std::vector<GuidedPlace> standing;  // the unfollowed places that are static road
 };
 
 constexpr double kMostDoubt = 1.5;  // bound of the log-likelihood ratio of a static place
-constexpr double kSeenOff = 3.0;    // least ratio of grey levels for a place off the plane
 
 void Append(const std::vector<GuidedPlace>& guided, const RoadView& view,
             std::vector<PointPair>& pairs, std::vector<InverseDepth>& depths) {
@@ -63,29 +60,18 @@ void Append(const std::vector<GuidedPlace>& guided, const RoadView& view,
   depths.insert(depths.end(), added_depths.begin(), added_depths.end());
 }
 
-RoadEvidence EvidenceOf(const RoadView& view, const RoadSlope& last, uint64_t seed) {
+RoadEvidence EvidenceOf(const RoadView& view) {
   RoadEvidence result;
   std::vector<PointPair> pairs = view.pairs;
   std::vector<InverseDepth> depths = InverseDepths(view.camera, view.pose, pairs);
   for (size_t i = 0; i < depths.size(); ++i) depths[i].is_textured = view.is_textured[i];
-  std::optional<RoadComparison> comparison;
-  IsSeenOffPlane is_seen_off;
-  if (view.pictures != nullptr) {
-    comparison.emplace(view.camera, view.pose, *view.pictures);
-    is_seen_off = [&](const RoadPlane& plane, size_t point) {
-      return comparison->AgainstRoad(plane, pairs[point]).value_or(kSeenOff) >= kSeenOff;
-    };
-  }
-  result.road = FitRoad(depths, last, seed, is_seen_off);
-  if (!result.road.found && view.plane) result.road = {true, *view.plane};
-  if (!result.road.found) return result;
-
+  const RoadPlane road = FitRoad(depths, view.level);
   std::vector<GuidedPlace> guided;
   if (view.pictures != nullptr) {
-    guided = MatchRoad(result.road, view.camera, view.pose, view.before, view.now,
+    guided = MatchRoad(road, view.camera, view.pose, view.before, view.now,
                        view.pictures->noise_levels(), view.unfollowed);
     Append(guided, view, pairs, depths);
-    CompareWithRoad(result.road, *comparison, pairs, depths);
+    CompareWithRoad(road, RoadComparison(view.camera, view.pose, *view.pictures), pairs, depths);
   }
   std::vector<cv::Point2f> places;
   for (const PointPair& pair : pairs) {
@@ -93,19 +79,16 @@ RoadEvidence EvidenceOf(const RoadView& view, const RoadSlope& last, uint64_t se
   }
   std::optional<ContactPictures> contact;
   if (view.pictures != nullptr) {
-    contact.emplace(result.road, view.camera, view.pose, view.before, view.now,
+    contact.emplace(road, view.camera, view.pose, view.before, view.now,
                     view.pictures->noise_levels());
   }
-  result.log_ratios =
-      RoadLogRatios(result.road, depths, places, view.size, contact ? &*contact : nullptr);
+  result.log_ratios = RoadLogRatios(road, depths, places, view.size, contact ? &*contact : nullptr);
   for (size_t i = 0; i < guided.size(); ++i) {
     if (result.log_ratios[view.pairs.size() + i] < kMostDoubt) result.standing.push_back(guided[i]);
   }
   result.log_ratios.resize(view.pairs.size());
   return result;
 }
-
-constexpr int kRoadMemory = 5;  // frames for which a slope is kept while no road is found
 
 PointPair PairOf(const EvidencePoint& point) {
   return {point.before.x, point.before.y, point.now.x, point.now.y};
@@ -129,7 +112,7 @@ CalibratedPair PairOf(const EvidenceFrame& frame, const EvidenceView& view) {
   return pair;
 }
 
-// m of level ground, from its speed and the direction of travel, in the motion's first picture.
+// m0 of (R2), from the ground's speed and the direction of travel, in either picture of the motion.
 // nullopt unless both are known and the camera moves forward or back: else the horizon is unknown.
 std::optional<Eigen::Vector3d> GroundPlaneOf(const TwoViewMotion& motion) {
   if (!(motion.ground_heights > 0.0) || !motion.travel || !MovesForwardOrBack(*motion.travel)) {
@@ -137,15 +120,6 @@ std::optional<Eigen::Vector3d> GroundPlaneOf(const TwoViewMotion& motion) {
   }
   const Eigen::Vector3d& tau = *motion.travel;
   return motion.ground_heights * Eigen::Vector3d(0.0, 1.0, -tau(1) / tau(2));
-}
-
-// Whether the plane agrees with the direction of travel: level, with the horizon at the point that
-// the camera moves to.
-bool LiesAlongTravel(const RoadSlope& slope, const std::optional<TwoViewMotion>& motion) {
-  if (!motion || !motion->travel || !MovesForwardOrBack(*motion->travel)) return false;
-  RoadSlope level;
-  level.horizon = (*motion->travel)(1) / (*motion->travel)(2);
-  return AreAlike(slope, level);
 }
 
 // The fields of RoadView that are common to all pairs of pictures; `owners` gets the point of each
@@ -204,8 +178,10 @@ void MeasurePairs(const EvidenceFrame& frame, const PhotometricSupport* pictures
 }
 
 void MeasureRoad(const EvidenceFrame& frame, const PhotometricSupport* pictures,
-                 EvidenceState& next, EvidenceResult& result) {
+                 EvidenceResult& result) {
   if (!frame.world || !frame.world->HasParallax()) return;
+  const std::optional<Eigen::Vector3d> level = GroundPlaneOf(*frame.world);
+  if (!level) return;
   std::vector<cv::Point2f> before;
   for (const EvidencePoint& point : frame.points) before.push_back(point.before);
   std::vector<size_t> owners;
@@ -213,17 +189,8 @@ void MeasureRoad(const EvidenceFrame& frame, const PhotometricSupport* pictures,
   view.before = frame.grey_before;
   view.pictures = pictures;
   view.unfollowed = frame.unfollowed;
-  const RoadSlope last = next.road;
-  RoadEvidence evidence = EvidenceOf(view, last, static_cast<uint64_t>(frame.index));
-  if (!evidence.road.found) {
-    next.road.unseen = last.unseen + 1;
-    if (next.road.unseen > kRoadMemory) next.road = {};
-    return;
-  }
-  next.road = evidence.road.slope();
-  next.road.known = last.known || (last.proposed && AreAlike(last, next.road)) ||
-                    LiesAlongTravel(next.road, frame.world);
-  if (!next.road.known) return;
+  view.level = *level;
+  RoadEvidence evidence = EvidenceOf(view);
   result.road = true;
   for (size_t k = 0; k < owners.size(); ++k) {
     PointEvidence& point = result.points[owners[k]];
@@ -234,27 +201,25 @@ void MeasureRoad(const EvidenceFrame& frame, const PhotometricSupport* pictures,
 }
 
 void MeasureRoadAhead(const EvidenceFrame& frame, const std::vector<CalibratedPair>& views,
-                      const EvidenceState& next, EvidenceResult& result) {
+                      EvidenceResult& result) {
   const CalibratedPair* longest = nullptr;
   for (const CalibratedPair& pair : views) {
     const bool is_usable = pair.pictures > 0 && pair.motion.HasParallax();
     if (is_usable && (longest == nullptr || pair.pictures > longest->pictures)) longest = &pair;
   }
   if (longest == nullptr) return;
-  const std::optional<Eigen::Vector3d> plane = GroundPlaneOf(longest->motion);
-  // A plane found in this pair alone need not be a road.
-  if (!next.road.known && !plane) return;
+  const std::optional<Eigen::Vector3d> level = GroundPlaneOf(longest->motion);
+  if (!level) return;
   const EvidenceView& ahead = frame.views[longest - views.data()];
   std::vector<size_t> owners;
   RoadView view =
       RoadViewOf(frame, frame.camera, PoseOf(Inverse(longest->motion)), ahead.places, owners);
-  view.plane = plane;
+  view.level = *level;
   std::optional<PhotometricSupport> support;
   if (longest->support) support = longest->support->Reversed();
   view.before = ahead.grey;
   view.pictures = support ? &*support : nullptr;
-  const RoadEvidence evidence = EvidenceOf(view, next.road, static_cast<uint64_t>(frame.index));
-  if (!evidence.road.found) return;
+  const RoadEvidence evidence = EvidenceOf(view);
   for (size_t k = 0; k < owners.size(); ++k) {
     result.points[owners[k]].views_road_log_ratio = evidence.log_ratios[k];
   }

@@ -20,12 +20,12 @@ std::vector<CalibratedPair> PairsOfViews(const EvidenceFrame& frame);
 void MeasurePairs(const EvidenceFrame& frame, const PhotometricSupport* pictures,
                   const std::vector<CalibratedPair>& views, EvidenceResult& result);
 
-// Sets `road`, `standing` and the road term of `result`, and the road of `next`.
+// Sets `road`, `standing` and the road term of `result` where the ground is known.
 void MeasureRoad(const EvidenceFrame& frame, const PhotometricSupport* pictures,
-                 EvidenceState& next, EvidenceResult& result);
+                 EvidenceResult& result);
 
 // The same from the longest of `views`, whose depths are the most accurate.
 void MeasureRoadAhead(const EvidenceFrame& frame, const std::vector<CalibratedPair>& views,
-                      const EvidenceState& next, EvidenceResult& result);
+                      EvidenceResult& result);
 
 }  // namespace egosieve::vision

@@ -35,7 +35,7 @@ struct GuidedPlace {
 };
 
 // The `places` of the current frame that are road by (GM1) or (GM2), column by column. before, now:
-// CV_8UC1 of one size; pose: before to now, found; road: found.
+// CV_8UC1 of one size; pose: before to now, found.
 std::vector<GuidedPlace> MatchRoad(const RoadPlane& road, const Pinhole& camera,
                                    const RelativePose& pose, const cv::Mat& before,
                                    const cv::Mat& now, double noise_levels,

@@ -121,7 +121,6 @@ std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<Inver
                                   const std::vector<cv::Point2f>& places, cv::Size image,
                                   const ContactPictures* pictures) {
   std::vector<double> ratios(points.size(), 0.0);
-  if (!road.found) return ratios;
   std::vector<Ground> grounds(points.size(), Ground::kUnclear);
   for (size_t i = 0; i < points.size(); ++i) {
     if (!points[i].valid) continue;

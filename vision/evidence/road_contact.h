@@ -3,7 +3,7 @@
 // With r a point's inverse depth, A its ray and m.A the road's inverse depth there (road_plane.h),
 // a static point is not below the road,
 //
-//   r >= m.A                                                                                 (R2)
+//   r >= m.A                                                                                 (R3)
 //
 // with slack, because roads are not plane. An object on the road has the road's depth at its ground
 // contact. A stretch of similar points in a column of the image with road below it has its ground
@@ -15,13 +15,13 @@
 // times the ratio that road places around the object show.
 //
 // Flow is smooth and carries a mover's motion onto a few places of the road below it. Grey levels
-// correct this: against_road compares each point with the road, and limits (R2). In one column
+// correct this: against_road compares each point with the road, and limits (R3). In one column
 // alone, the blank side of a car in front is often mistaken for the ground contact. Therefore all
 // columns of one surface (surfaces.h) are judged together, also those without a visible contact.
 // The surface's ratio is the larger of its columns' two medians (too far, too near). It is reduced
 // if few of the columns have a contact, and 0 if the surface is taller than a vehicle.
 //
-// Without a plane all ratios are 0. Reference: Klappstein, Stein & Franke (2006), positive height
+// Reference: Klappstein, Stein & Franke (2006), positive height
 // constraint.
 #pragma once
 
@@ -58,7 +58,7 @@ class RoadComparison {
 void CompareWithRoad(const RoadPlane& road, const RoadComparison& comparison,
                      const std::vector<PointPair>& pairs, std::vector<InverseDepth>& points);
 
-// Log-likelihood ratio by (R2) and the ground contact, not negative, one per point. places: of the
+// Log-likelihood ratio by (R3) and the ground contact, not negative, one per point. places: of the
 // points in the image. pictures: null: contacts are found from depths alone.
 std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<InverseDepth>& points,
                                   const std::vector<cv::Point2f>& places, cv::Size image,

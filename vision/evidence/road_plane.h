@@ -5,21 +5,18 @@
 //
 //   r = m.A,   m = n |t| / h                                                                 (R1)
 //
-// m is fitted to the points in the lower middle of the image that have image motion; points without
-// it are on a bonnet, or on a blank road that flow does not follow. The fit uses seeded samples of
-// three points and reweighted least squares. It stays near the last frame's slope m / m_y if that
-// is known. The plane counts as a road if it has support and few points lie below it. On blank
-// asphalt flow is arbitrary, so a point below the plane counts only if the grey levels agree. A
-// single picture shows such a plane among rocks, too, so the plane has to be confirmed (RoadSlope).
-// Evidence from the road: road_contact.h.
+// The speed of the ground and the direction of travel tell it for level ground, m0 (ground_speed.h).
+// The places on the road correct it: m is the most probable one,
 //
-// Reference: Klappstein, Stein & Franke (2006), positive height constraint.
+//   m = argmin sum (r - m.A)^2 / s^2 + |D (m - m0)|^2 / m0_y^2                               (R2)
+//
+// over the points in the lower middle of the image that are within kNearPlane deviations s of m.A,
+// of those that have image motion; points without it are on a bonnet, or on a blank road that flow
+// does not follow. D has the inverse deviations of roll, speed and pitch. It is found by reweighted
+// least squares that begin at m0. Evidence from the road: road_contact.h.
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -29,18 +26,6 @@
 #include "vision/geometry/relative_pose.h"
 
 namespace egosieve::vision {
-
-// m / m_y of the last plane that was found.
-struct RoadSlope {
-  bool known = false;     // confirmed by another picture or by the direction of travel
-  bool proposed = false;  // found in at least one picture
-  double across = 0.0;    // m_x / m_y: roll
-  double horizon = 0.0;   // -m_z / m_y: A_y of the horizon in the middle of the image
-  int unseen = 0;         // frames since it was found
-};
-
-// Whether the two differ by no more than a jolt changes the slope from picture to picture.
-bool AreAlike(const RoadSlope& a, const RoadSlope& b);
 
 inline constexpr double kRoadUnevenness = 0.08;  // of r, deviation of a road from a plane
 
@@ -60,22 +45,14 @@ std::vector<InverseDepth> InverseDepths(const Pinhole& camera, const RelativePos
                                         const std::vector<PointPair>& pairs);
 
 struct RoadPlane {
-  bool found = false;
   Eigen::Vector3d m = Eigen::Vector3d::Zero();
-
-  RoadSlope slope() const { return {false, true, m(0) / m(1), -m(2) / m(1)}; }
-  double support = 0.0;  // share of the points of the lower middle that are on it
 
   double At(const Eigen::Vector3d& ray) const { return m.dot(ray); }
   // A_y below the horizon.
   double Fall(const Eigen::Vector3d& ray) const { return m.dot(ray) / m(1); }
 };
 
-// Whether grey levels confirm that the point of this index is not on the plane.
-using IsSeenOffPlane = std::function<bool(const RoadPlane& plane, size_t point)>;
-
-// is_seen_off: null without pictures.
-RoadPlane FitRoad(const std::vector<InverseDepth>& points, const RoadSlope& last, uint64_t seed,
-                  const IsSeenOffPlane& is_seen_off = nullptr);
+// (R2). level: m0, its second component positive.
+RoadPlane FitRoad(const std::vector<InverseDepth>& points, const Eigen::Vector3d& level);
 
 }  // namespace egosieve::vision

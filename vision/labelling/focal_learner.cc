@@ -9,6 +9,9 @@
 namespace egosieve::vision {
 namespace {
 
+constexpr size_t kFewestDirections = 8, kMostDirections = 64;  // powers of two
+constexpr double kLeastApart = 0.1, kShareApart = 1.0 / 16.0;  // seconds; of the time passed
+
 bool IsPowerOfTwo(size_t n) { return (n & (n - 1)) == 0; }
 
 }  // namespace
@@ -39,6 +42,24 @@ bool FocalLearner::Add(const Frame& frame, const cv::Mat& grey) {
   return window_.IsLongEnough() && EndWindow();
 }
 
+bool FocalLearner::AddDirection(const Eigen::Vector3d& direction, double seconds) {
+  std::vector<Eigen::Vector3d>& directions = state_.directions;
+  if (directions.empty()) state_.first_seconds = state_.next_seconds = seconds;
+  if (seconds < state_.next_seconds || directions.size() >= kMostDirections) return false;
+  state_.next_seconds =
+      seconds + std::max(kLeastApart, (seconds - state_.first_seconds) * kShareApart);
+  directions.push_back(direction);
+  if (directions.size() < kFewestDirections || !IsPowerOfTwo(directions.size())) return false;
+  TravelPrior travel = FitTravelPrior(directions);
+  if (travel.IsOfVehicle()) {
+    travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
+  } else {
+    travel = TravelPrior();
+  }
+  state_.learnt.travel = travel;
+  return true;
+}
+
 void FocalLearner::EndScene() {
   window_ = WindowTracks();
   lacks_picture_ = false;
@@ -66,13 +87,8 @@ bool FocalLearner::Adjust() {
     state_.has_ended = lens.windows > 0;
   }
   if (lens.windows == 0) return false;
-  TravelPrior travel = FitTravelPrior(lens.directions);
-  if (travel.IsOfVehicle()) {
-    travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
-  } else {
-    travel = TravelPrior();
-  }
-  state_.learnt = {lens.focal_ratio, lens.log_focal_deviation, travel};
+  state_.learnt.focal_ratio = lens.focal_ratio;
+  state_.learnt.log_focal_deviation = lens.log_focal_deviation;
   return true;
 }
 

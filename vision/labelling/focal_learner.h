@@ -4,9 +4,10 @@
 //   1. tracks of corners through windows of pictures               window_tracks.h
 //   2. the focal length of all windows so far, after windows
 //      1, 2, 4 and 8                                               bundle_adjustment.h
-//   3. the direction of travel between the windows' pictures       travel_prior.h
 //
-// A camera that a person carries has no direction of travel here.
+// and the direction of travel from those of pairs of pictures, after 8, 16, 32 and 64 (travel_prior.h).
+// They are a tenth of a second apart at first, and later a sixteenth of the time that has passed, so
+// they are spread over half a minute. A camera that a person carries has no direction of travel here.
 //
 // A window in which the camera has hardly moved tells nothing: it is dropped, and as many pictures
 // as it had pass before the next one begins. One whose corners are all lost begins again at once. A
@@ -21,6 +22,7 @@
 // State, as bytes: up to 7 windows of at most 17 KB each, and the window under way, at most 91 KB.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -41,6 +43,9 @@ struct LearntCamera {
 
 struct FocalLearnerState {
   LearntCamera learnt;
+  std::vector<Eigen::Vector3d> directions;  // unit vectors
+  // Of the first direction, and from when on the next may be added.
+  double first_seconds = 0.0, next_seconds = 0.0;
   cv::Size size;             // of the pictures
   int64_t last_index = -1;   // of the last frame
   int64_t pictures = 0;      // since the beginning
@@ -61,6 +66,9 @@ class FocalLearner {
   // Takes the next frame; indices grow. grey: its equalised picture of any size. Returns whether
   // what is learnt has changed.
   bool Add(const Frame& frame, const cv::Mat& grey);
+  // The direction of travel of a pair of pictures, as in travel_prior.h; seconds: of its later
+  // picture. Returns whether what is learnt has changed.
+  bool AddDirection(const Eigen::Vector3d& direction, double seconds);
   // For a frame that repeats the picture before.
   void Repeat(int64_t index) { state_.last_index = index; }
   // The next frame shows another scene than the one before.

@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3131'6c62'616c'6765;  // "egalbl11"
+constexpr uint64_t kMagic = 0x3231'6c62'616c'6765;  // "egalbl12"
 
 // Walk() is used for both directions: with a Writer it appends the state to bytes, with a Reader it
 // sets the state from bytes.
@@ -137,11 +137,6 @@ void WalkEvidence(Archive& archive, State& evidence) {
     archive.Block(memory.sums.data(), memory.sums.size());
   }
   archive.Plain(evidence.mover_share);
-  archive.Flag(evidence.road.known);
-  archive.Plain(evidence.road.across);
-  archive.Plain(evidence.road.horizon);
-  archive.Flag(evidence.road.proposed);
-  archive.Plain(evidence.road.unseen);
 }
 
 template <typename Archive, typename Tracks>
@@ -161,6 +156,10 @@ void WalkFocal(Archive& archive, State& focal) {
   archive.Block(focal.learnt.travel.direction.data(), 3);
   archive.Plain(focal.learnt.travel.concentration);
   archive.Plain(focal.learnt.travel.share);
+  if (!archive.Count(focal.directions, 3 * sizeof(double))) return;
+  for (auto& direction : focal.directions) archive.Block(direction.data(), 3);
+  archive.Plain(focal.first_seconds);
+  archive.Plain(focal.next_seconds);
   archive.Plain(focal.size.width);
   archive.Plain(focal.size.height);
   archive.Plain(focal.last_index);

@@ -131,29 +131,6 @@ class Adjustment {
     return !windows_.empty();
   }
 
-  std::vector<Eigen::Vector3d> Directions(const State& state, double noise) const {
-    std::vector<Eigen::Vector3d> directions;
-    for (const Window& window : windows_) {
-      std::vector<double> depths(state.begin() + static_cast<int64_t>(window.first_depth),
-                                 state.begin() + static_cast<int64_t>(window.end));
-      const double pixels = std::abs(MedianInPlace(depths)) * std::exp(state[0]) * side_;
-      Eigen::Vector3d before = Eigen::Vector3d::Zero();  // minus the camera's centre
-      Eigen::Matrix3d rotation_before = Eigen::Matrix3d::Identity();
-      for (size_t pose = window.first_pose; pose < window.first_depth; pose += kPose) {
-        const Eigen::Matrix3d rotation =
-            RotationOf({state[pose], state[pose + 1], state[pose + 2]});
-        const Eigen::Vector3d now =
-            rotation.transpose() *
-            Eigen::Vector3d(state[pose + 3], state[pose + 4], state[pose + 5]);
-        const Eigen::Vector3d step = rotation_before * (now - before);
-        if (IsParallax(pixels * step.norm(), noise)) directions.push_back(step.normalized());
-        before = now;
-        rotation_before = rotation;
-      }
-    }
-    return directions;
-  }
-
   int windows() const { return static_cast<int>(windows_.size()); }
 
   double Noise(const State& state) const {
@@ -328,7 +305,7 @@ std::optional<Solution> Solve(Adjustment adjustment, State state, Distortion dis
       adjustment.LensVariances(distortion, noise, state);
   if (std::isnan(start + value) || !variances) return std::nullopt;
   return Solution{{std::exp(state[0]), std::sqrt((*variances)(0)), state[1], state[2], noise,
-                   adjustment.windows(), adjustment.Directions(state, noise)},
+                   adjustment.windows()},
                   (*variances)(1)};
 }
 

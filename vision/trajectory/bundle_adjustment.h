@@ -71,9 +71,6 @@ struct AdjustedLens {
   double course = 0.0;               // kappa
   double noise_pixels = 0.0;         // sigma
   int windows = 0;                   // windows used; 0: the values above are the prior's
-  // Between consecutive pictures of the windows used, where IsParallax of two_view_motion.h: R^T t
-  // of the two, unit vectors, as of travel_prior.h.
-  std::vector<Eigen::Vector3d> directions;
 };
 
 // image: size of the pictures. kNone: k1 is 0. Windows of fewer than 3 pictures or 20 tracks are

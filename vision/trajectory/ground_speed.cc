@@ -66,7 +66,7 @@ SpeedLikelihood LogLikelihoods(const GroundObservation& observation, double seco
     const double depth = std::max(speed, kStands) / observation.scene_parallax;
     const double beyond = std::max(0.0, std::log(depth / kGreatestDepth)) / kSceneSpread;
     logs[k] += std::min(seconds, 1.0) * LogNormal(depth, kSceneDepth, kSceneSpread) -
-               0.5 * beyond * beyond / kFrameCorrelation;
+               0.5 * beyond * beyond;
   }
   return logs;
 }

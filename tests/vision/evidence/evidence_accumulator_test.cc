@@ -199,11 +199,7 @@ TEST(EvidenceAccumulator, ACutAndAnotherSizeStartAnew) {
   EvidenceAccumulator accumulator;
   for (int t = 0; t <= 4; ++t) ASSERT_TRUE(accumulator.Add(FrameOf(street, t)).ok());
   EXPECT_FALSE(accumulator.state().memories.empty());
-  EvidenceState with_road = accumulator.state();
-  with_road.road = {true, true, 0.0, 0.1};
-  ASSERT_TRUE(accumulator.Restore(with_road).ok());
   accumulator.Interrupt();
-  EXPECT_FALSE(accumulator.state().road.known);
   EXPECT_TRUE(accumulator.state().memories.empty());
 
   EvidenceFrame frame = FrameOf(street, 5);

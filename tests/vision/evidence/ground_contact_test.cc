@@ -39,7 +39,6 @@ class Scene {
   Scene() {
     pose_.translation = -Eigen::Vector3d::UnitZ();
     pose_.rotation = RotationOf({0.004, -0.01, 0.003});
-    road_.found = true;
     road_.m = {0.0, kTravel / kHeight, 0.0};
   }
 

@@ -310,7 +310,6 @@ Scene StraightAhead() {
   Scene scene;
   scene.pose.translation = -Eigen::Vector3d::UnitZ();
   scene.pose.rotation = RotationOf({0.004, -0.01, 0.003});
-  scene.road.found = true;
   scene.road.m = {0.0, kTravel / kHeight, 0.0};
   return scene;
 }

@@ -16,6 +16,9 @@ inline constexpr double kHeight = 1.4, kTravel = 0.9;  // of the camera, metres;
 inline constexpr int kStep = 5;                        // pixels between the points
 inline const cv::Size kImage(640, 360);
 
+// m0 of (R2): r is in units of 1 / kTravel, and the horizon is level.
+inline const Eigen::Vector3d kLevel(0.0, kTravel / kHeight, 0.0);
+
 enum class What { kRoad, kStanding, kAhead, kOncoming, kHouse, kSky };
 
 struct Seen {

@@ -60,17 +60,37 @@ TEST(FocalLearner, ATurnTellsTheFocalLength) {
   EXPECT_LT(learner.learnt().log_focal_deviation, 0.2);
 }
 
-TEST(FocalLearner, AVehicleTravelsForward) {
-  const Scenario street = EditedScenario("street", 3, [](Scene&) {});
+// Directions of ten pictures a second, off by up to `spread` in each component.
+FocalLearner AfterDirections(int count, double spread) {
   FocalLearner learner = Learner();
-  for (const DrivePicture& picture : PicturesOf(street, 20, kFrames)) {
-    Frame frame = picture.frame;
-    frame.time_seconds = 0.1 * static_cast<double>(frame.index);
-    Add(learner, frame);
+  for (int k = 0; k < count; ++k) {
+    const Eigen::Vector3d off(std::sin(1.7 * k), std::sin(2.3 * k), 0.0);
+    learner.AddDirection((spread * off - Eigen::Vector3d::UnitZ()).normalized(), 0.1 * k);
+  }
+  return learner;
+}
+
+TEST(FocalLearner, AVehicleTravelsForward) {
+  EXPECT_FALSE(AfterDirections(7, 0.02).learnt().travel.IsKnown());
+  const TravelPrior travel = AfterDirections(8, 0.02).learnt().travel;
+  EXPECT_TRUE(travel.IsOfVehicle());
+  EXPECT_LT(travel.direction(2), -0.98);
+}
+
+TEST(FocalLearner, ACameraThatIsCarriedHasNoDirection) {
+  EXPECT_FALSE(AfterDirections(40, 0.2).learnt().travel.IsKnown());
+}
+
+// A vehicle that creeps about before it drives.
+TEST(FocalLearner, DirectionsOfAMinuteCount) {
+  FocalLearner learner = AfterDirections(8, 0.3);
+  ASSERT_FALSE(learner.learnt().travel.IsKnown());
+  int changes = 0;
+  for (int k = 8; k < 1000; ++k) {
+    changes += learner.AddDirection(-Eigen::Vector3d::UnitZ(), 0.1 * k) ? 1 : 0;
   }
   EXPECT_TRUE(learner.learnt().travel.IsOfVehicle());
-  // R^T t of a camera that moves forward.
-  EXPECT_LT(learner.learnt().travel.direction(2), -0.98);
+  EXPECT_EQ(changes, 3) << "after 16, 32 and 64";
 }
 
 TEST(FocalLearner, ACameraThatStandsTellsNothing) {

@@ -72,6 +72,12 @@ class HardRoad : public testing::TestWithParam<int> {
     static const double focal_ratio = FocalRatioOf(EditedScenario("street", 3, Unchanged));
     return {.focal_ratio = focal_ratio, .frame_gap = GetParam(), .threads = 1};
   }
+  // The same of a camera that is known to be on a vehicle.
+  FrameLabellerOptions OnVehicle() const {
+    FrameLabellerOptions options = Options();
+    options.travel = TravelOf(EditedScenario("street", 3, Unchanged));
+    return options;
+  }
 
   std::vector<Labelled> Label(const Pictures& pictures) const { return Label(pictures, Options()); }
 
@@ -102,7 +108,6 @@ class HardRoad : public testing::TestWithParam<int> {
   // That depth is known of.
   static void ExpectNoDepth(const Labelled& frame) {
     SCOPED_TRACE(testing::Message() << "frame " << frame.labels.frame_index);
-    EXPECT_FALSE(frame.state.evidence.evidence.road.known);
     for (const EvidenceTerm term : frame.labels.decided_by) {
       ASSERT_EQ(term, EvidenceTerm::kEpipolar);
     }
@@ -110,7 +115,7 @@ class HardRoad : public testing::TestWithParam<int> {
 };
 
 TEST_P(HardRoad, SmoothDrive) {
-  const std::vector<Labelled> frames = Label(Smooth());
+  const std::vector<Labelled> frames = Label(Smooth(), OnVehicle());
   ExpectAllLabelled(frames);
   EXPECT_LT(Sum(frames).FalseShare(), kMostFalseOnASmoothDrive);
   EXPECT_GT(Sum(frames).FoundShare(), kLeastFound);
@@ -236,7 +241,7 @@ TEST_P(HardRoad, Cut) {
       new Pictures(PicturesOf(EditedScenario("crossing", 4, Unchanged), 30, 9));
   Pictures joined(Smooth().begin(), Smooth().begin() + kCut);
   joined.insert(joined.end(), other->begin(), other->end());
-  const std::vector<Labelled> frames = Label(Renumbered(std::move(joined)));
+  const std::vector<Labelled> frames = Label(Renumbered(std::move(joined)), OnVehicle());
   EXPECT_EQ(frames[kCut].labels.outcome, LabelOutcome::kTooFewMatches);
   for (size_t t = kCut + 1; t < frames.size(); ++t) {
     EXPECT_EQ(frames[t].labels.outcome, LabelOutcome::kLabelled) << t << frames[t].labels.reason;

@@ -53,6 +53,12 @@ double FocalRatioOf(const Scenario& scenario) {
   return scenario.intrinsics().focal_pixels / scenario.options().width_pixels;
 }
 
+TravelPrior TravelOf(const Scenario& scenario, int first) {
+  const Pose from = scenario.PoseAt(first), to = scenario.PoseAt(first + 1);
+  return {(from.rotation.transpose() * (from.centre - to.centre)).normalized(), 400.0,
+          1.0 - TravelPrior::kVehicleTravelsElsewhere};
+}
+
 std::vector<DrivePicture> PicturesOf(const Scenario& scenario, int first, int count) {
   std::vector<DrivePicture> pictures;
   for (int t = first; t < first + count; ++t) pictures.push_back(PictureOf(*scenario.Render(t)));

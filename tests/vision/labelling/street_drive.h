@@ -26,6 +26,8 @@ Scenario EditedScenario(const std::string& name, uint64_t seed,
 
 // In picture widths.
 double FocalRatioOf(const Scenario& scenario);
+// As a first pass over the drive would tell it: the direction from frame `first` to the next.
+TravelPrior TravelOf(const Scenario& scenario, int first = 20);
 
 // Frames first .. first + count - 1 of the scenario, their own indices kept.
 std::vector<DrivePicture> PicturesOf(const Scenario& scenario, int first, int count);
