@@ -24,7 +24,6 @@
 #include "absl/status/statusor.h"
 #include "vision/evidence/fusion.h"
 #include "vision/evidence/guided_match.h"
-#include "vision/evidence/road_plane.h"
 #include "vision/geometry/pinhole.h"
 #include "vision/trajectory/two_view_motion.h"
 

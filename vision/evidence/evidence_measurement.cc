@@ -1,8 +1,6 @@
 #include "vision/evidence/evidence_measurement.h"
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>

@@ -223,6 +223,9 @@ bool IsSensible(const FocalLearnerState& focal) {
          focal.learnt.log_focal_deviation >= 0.0 &&
          std::isfinite(focal.learnt.log_focal_deviation) && is_count(focal.pictures) &&
          is_count(focal.window_start) && is_count(focal.next_start) &&
+         std::all_of(
+             focal.directions.begin(), focal.directions.end(),
+             [](const auto& direction) { return std::abs(direction.norm() - 1.0) < 1e-6; }) &&
          focal.windows.size() < size_t{kMostWindows} &&
          std::all_of(focal.windows.begin(), focal.windows.end(),
                      [](const KeptTracks& kept) { return IsSensible(kept, 3, kKeptPictures); }) &&

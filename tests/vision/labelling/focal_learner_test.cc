@@ -238,6 +238,7 @@ TEST(FocalLearner, ADamagedStateIsRefused) {
       short_ones{3, std::vector<CornerTrack>(20, CornerTrack(1))},
       long_ones{7, std::vector<CornerTrack>(20, CornerTrack(7))};
   EXPECT_FALSE(is_refused([&](FocalLearnerState& focal) { focal.windows = {whole}; }));
+  EXPECT_TRUE(is_refused([](FocalLearnerState& focal) { focal.directions = {{0.0, 0.0, 2.0}}; }));
   EXPECT_TRUE(is_refused([&](FocalLearnerState& focal) { focal.windows = {short_ones}; }));
   EXPECT_TRUE(is_refused([&](FocalLearnerState& focal) { focal.windows = {long_ones}; }));
   EXPECT_TRUE(is_refused([&](FocalLearnerState& focal) { focal.windows.assign(8, whole); }));
