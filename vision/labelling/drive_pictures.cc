@@ -165,6 +165,7 @@ absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
   const int64_t known = source.expected_frame_count() - options.first_frame;
   const int64_t length = std::min(known > 0 ? known : kUnknownLength, options.longest_frames);
   const int64_t step = std::max<int64_t>(length / options.pairs, 1);
+  const int64_t shared = length < 2 * kFewestPairs ? 1 : 0;
   PictureReader reader(source, options);
   const cv::Mat1b ignored =
       options.lens != nullptr ? options.lens->CorrectMask(options.ignored) : options.ignored;
@@ -175,7 +176,7 @@ absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
     if (index < next_pair) continue;
     EGOSIEVE_RETURN_IF_ERROR(reader.Forget(index));
     EGOSIEVE_ASSIGN_OR_RETURN(ReadPair read, ReadPairAt(reader, index));
-    next_pair = std::max(next_pair, read.end);
+    next_pair = std::max(next_pair, read.end - shared);
     if (!read.pair) continue;
     const auto& [first, second] = *read.pair;
     if (drive.size.empty()) drive.size = first.size;
