@@ -72,6 +72,13 @@ void TrackLabeller::LearnCamera(const ExtractedFrame& frame, LabelOutcome outcom
   pair_motions_.SetMotionOptions(MotionOptionsOf(travel()));
 }
 
+void TrackLabeller::LearnTravel(const TwoViewMotion& motion, double seconds) {
+  if (!focal_ || !motion.HasParallax()) return;
+  const Eigen::Vector3d direction = motion.rotation.transpose() * motion.translation;
+  if (!focal_->AddDirection(direction, seconds)) return;
+  pair_motions_.SetMotionOptions(MotionOptionsOf(travel()));
+}
+
 std::string TrackLabeller::state() const {
   LabellerState state;
   state.gap = gap_;

@@ -122,6 +122,8 @@ class TrackLabeller : public FrameLabeller {
   const TravelPrior& travel() const { return focal_ ? focal_->learnt().travel : options_.travel; }
   // For the frames after this one. outcome: without the pictures ahead.
   void LearnCamera(const ExtractedFrame& frame, LabelOutcome outcome);
+  // The direction of travel, by the motion of the pair that ends at `seconds`.
+  void LearnTravel(const TwoViewMotion& motion, double seconds);
   // The motion between the two frames of the pair. Sets `world` if it is not known.
   MotionModel MotionOfTracks(const std::vector<TrackedPoint>& points, const ExtractedFrame& frame,
                              const MovedNodes& moved, TwoViewMotion& world, LabelledFrame& result);

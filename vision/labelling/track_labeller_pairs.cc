@@ -365,11 +365,7 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   if (options_.frame_gap == 0 && model.trusted) {
     ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap, gap_);
   }
-  if (focal_ && model.trusted && world.HasParallax() &&
-      focal_->AddDirection(world.rotation.transpose() * world.translation,
-                           frame.frame.time_seconds)) {
-    pair_motions_.SetMotionOptions(MotionOptionsOf(travel()));
-  }
+  if (model.trusted) LearnTravel(world, frame.frame.time_seconds);
   Stopwatch watch;
   if (!model.trusted) model.kind = MotionModelKind::kNone;
   const Pinhole camera = Camera(frame.grey.size());
