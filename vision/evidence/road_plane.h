@@ -5,7 +5,7 @@
 //
 //   r = m.A,   m = n |t| / h                                                                 (R1)
 //
-// The speed of the ground and the direction of travel tell it for level ground, m0 (ground_speed.h).
+// The speed of the ground (ground_speed.h) and the direction of travel tell it for level ground, m0.
 // The places on the road correct it: m is the most probable one,
 //
 //   m = argmin sum (r - m.A)^2 / s^2 + |D (m - m0)|^2 / m0_y^2                               (R2)

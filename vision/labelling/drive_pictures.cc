@@ -14,6 +14,7 @@
 #include "vision/labelling/reduced_labels.h"
 #include "vision/labelling/window_tracks.h"
 #include "vision/own_vehicle/fixed_pattern.h"
+#include "vision/trajectory/travel_prior.h"
 
 namespace egosieve::vision {
 namespace {
@@ -165,7 +166,7 @@ absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
   const int64_t known = source.expected_frame_count() - options.first_frame;
   const int64_t length = std::min(known > 0 ? known : kUnknownLength, options.longest_frames);
   const int64_t step = std::max<int64_t>(length / options.pairs, 1);
-  const int64_t shared = length < 2 * kFewestPairs ? 1 : 0;
+  const int64_t shared = length < 2 * TravelPrior::kFewestDirections ? 1 : 0;
   PictureReader reader(source, options);
   const cv::Mat1b ignored =
       options.lens != nullptr ? options.lens->CorrectMask(options.ignored) : options.ignored;

@@ -1,9 +1,8 @@
 // Pictures for the first pass over a drive: pairs for the camera's motion, and windows for its
 // focal length.
 //
-// Pairs are about 0.08 s long, and share pictures in a drive that is too short for kFewestPairs
-// without. Windows (window_tracks.h) are spread over the drive and do not
-// overlap.
+// Pairs are about 0.08 s long. In a drive that is too short for as many as travel_prior.h needs they
+// share pictures. Windows (window_tracks.h) are spread over the drive and do not overlap.
 #pragma once
 
 #include <array>
@@ -21,8 +20,6 @@
 #include "vision/trajectory/bundle_adjustment.h"
 
 namespace egosieve::vision {
-
-inline constexpr int kFewestPairs = 6;  // of which travel_prior.h tells a direction
 
 struct PicturePair {
   std::array<double, 2> times;       // seconds

@@ -5,9 +5,10 @@
 //   2. the focal length of all windows so far, after windows
 //      1, 2, 4 and 8                                               bundle_adjustment.h
 //
-// and the direction of travel from those of pairs of pictures, after 8, 16, 32 and 64 (travel_prior.h).
-// They are a tenth of a second apart at first, and later a sixteenth of the time that has passed, so
-// they are spread over half a minute. A camera that a person carries has no direction of travel here.
+// and the direction of travel from those of pairs of pictures, after 8, 16, 32 and 64 of them
+// (travel_prior.h). They are a tenth of a second apart at first, and later a sixteenth of the time
+// that has passed, so they are spread over about a minute. A camera that a person carries has no
+// direction of travel here.
 //
 // A window in which the camera has hardly moved tells nothing: it is dropped, and as many pictures
 // as it had pass before the next one begins. One whose corners are all lost begins again at once. A

@@ -11,8 +11,8 @@
 // camera that moves forward the two differ by half.
 //
 // Objects on the ground occlude it, so r >= r_ground for every static point. In one pair g is the
-// mode of r / (p_y - tau_y / tau_z) over points with parallax: the points of the ground agree, those
-// of a wall do not. The bound has `kGroundShare` of the g of the drive (ground_speed.h), since
+// mode of r / (p_y - tau_y / tau_z) over points with parallax: the points of the ground agree,
+// those of a wall do not. The bound has `kGroundShare` of the g of the drive (ground_speed.h), since
 // ground slopes down and cameras roll.
 #pragma once
 

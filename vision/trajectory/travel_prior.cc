@@ -9,7 +9,6 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr size_t kFewestDirections = 6;
 constexpr int kIterations = 60;
 // Because of sideslip, pitch and bumps no direction of a vehicle is known better than to 3 degrees.
 constexpr double kGreatestConcentration = 400.0;
@@ -60,7 +59,7 @@ double TravelPrior::Membership(const Eigen::Vector3d& x) const {
 
 TravelPrior FitTravelPrior(const std::vector<Eigen::Vector3d>& directions) {
   TravelPrior prior;
-  if (directions.size() < kFewestDirections) return prior;
+  if (directions.size() < size_t{TravelPrior::kFewestDirections}) return prior;
   prior.direction = StartOf(directions);
   prior.concentration = kStartConcentration;
   prior.share = kStartShare;

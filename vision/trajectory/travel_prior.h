@@ -24,6 +24,8 @@ struct TravelPrior {
 
   // Probability that a vehicle does not travel in its own direction, as when it skids.
   static constexpr double kVehicleTravelsElsewhere = 1e-6;
+  // With fewer it is not known.
+  static constexpr int kFewestDirections = 6;
 
   bool IsKnown() const { return share > 0.0; }
   // Whether most pairs travel in nearly the same `direction`, and this is forward or back. Not so
@@ -35,7 +37,7 @@ struct TravelPrior {
   double Membership(const Eigen::Vector3d& x) const;
 };
 
-// directions: unit vectors, one per pair. The prior is not known for fewer than six.
+// directions: unit vectors, one per pair.
 TravelPrior FitTravelPrior(const std::vector<Eigen::Vector3d>& directions);
 
 }  // namespace egosieve::vision

@@ -123,8 +123,8 @@ TwoViewMotion Inverse(const TwoViewMotion& motion);
 // Its translation means something where HasParallax().
 RelativePose PoseOf(const TwoViewMotion& motion);
 
-// Sets ground_heights by the pairs from which the motion was estimated. Only
-// static pairs with measurable parallax are used. Sets 0 where HasParallax() is false.
+// Sets ground_heights by the pairs from which the motion was estimated. Only static pairs with
+// measurable parallax are used. Sets 0 where HasParallax() is false.
 void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoViewMotion& motion);
 
 // EstimateTwoViewMotion of a drive whose direction of travel, if known, is options.travel: with

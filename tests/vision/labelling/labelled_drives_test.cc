@@ -279,7 +279,6 @@ TEST(CausalGround, ItsSpeedIsThatOfTheCamera) {
   options.focal_ratio = FocalRatioOf(scenario);
   options.travel = TravelOf(scenario, kFirst);
   const auto labeller = MakeLabeller(options);
-  int known = 0;
   for (const DrivePicture& picture : PicturesOf(scenario, kFirst, kCount)) {
     ASSERT_TRUE(labeller->Process(picture.frame).ok());
     const auto k = static_cast<int>(picture.frame.index);
@@ -288,11 +287,10 @@ TEST(CausalGround, ItsSpeedIsThatOfTheCamera) {
     const double truth = (scenario.PoseAt(k + 1).centre - scenario.PoseAt(k).centre).norm() *
                          kPicturesPerSecond / scenario.PoseAt(k).centre.z();
     EXPECT_LT(speed.Low(), 1.1 * truth) << k;
-    if (k < kFirst + kCount / 2) continue;
-    EXPECT_GT(speed.Low(), 0.7 * truth) << k;
-    ++known;
+    if (k >= kFirst + kCount / 2) {
+      EXPECT_GT(speed.Low(), 0.7 * truth) << k;
+    }
   }
-  EXPECT_EQ(known, kCount / 2);
 }
 
 }  // namespace
