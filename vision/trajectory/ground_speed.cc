@@ -48,8 +48,13 @@ double LogNormal(double speed, double expected, double deviation) {
   return -0.5 * z * z - std::log(deviation * std::sqrt(2.0 * std::numbers::pi));
 }
 
-// The logarithms of (GS3) to (GS5) for each speed. seconds: since the previous picture.
-SpeedLikelihood LogLikelihoods(const GroundObservation& observation, double seconds) {
+// How much of an observation is new after those before it.
+struct NewShares {
+  double pictures = 1.0, scene = 1.0;  // of (GS3) and (GS4); of (GS5)
+};
+
+// The logarithms of (GS3) to (GS5) for each speed.
+SpeedLikelihood LogLikelihoods(const GroundObservation& observation, const NewShares& shares) {
   const double top = *std::max_element(observation.pictures.begin(), observation.pictures.end());
   double mean = 0.0;
   for (const double value : observation.pictures) mean += std::exp(value - top) / kSpeeds;
@@ -61,12 +66,11 @@ SpeedLikelihood LogLikelihoods(const GroundObservation& observation, double seco
     if (observation.speed > 0.0) {
       frame += LogOrAnySpeed(kSlopeOfGround, LogNormal(speed, observation.speed, kGroundError));
     }
-    logs[k] = frame / kFrameCorrelation;
+    logs[k] = shares.pictures * frame;
     if (!(observation.scene_parallax > 0.0)) continue;
     const double depth = std::max(speed, kStands) / observation.scene_parallax;
     const double beyond = std::max(0.0, std::log(depth / kGreatestDepth)) / kSceneSpread;
-    logs[k] += std::min(seconds, 1.0) * LogNormal(depth, kSceneDepth, kSceneSpread) -
-               0.5 * beyond * beyond;
+    logs[k] += shares.scene * LogNormal(depth, kSceneDepth, kSceneSpread) - 0.5 * beyond * beyond;
   }
   return logs;
 }
@@ -80,6 +84,8 @@ GroundSpeed::GroundSpeed() { state_.probabilities.fill(1.0 / kSpeeds); }
 void GroundSpeed::Advance(double seconds, const GroundObservation& observation) {
   const double faster = state_.onward * state_.seconds / seconds;
   const bool is_first = state_.seconds == 0.0;
+  const NewShares shares =
+      is_first ? NewShares() : NewShares{1.0 / kFrameCorrelation, std::min(seconds, 1.0)};
   state_.onward = 0.0;
   state_.seconds = seconds;
   Probabilities next{};
@@ -95,7 +101,7 @@ void GroundSpeed::Advance(double seconds, const GroundObservation& observation) 
     }
     for (int to = 0; to < kSpeeds; ++to) next[to] += state_.probabilities[from] * kernel[to] / sum;
   }
-  const SpeedLikelihood logs = LogLikelihoods(observation, is_first ? 1.0 : seconds);
+  const SpeedLikelihood logs = LogLikelihoods(observation, shares);
   const double top = *std::max_element(logs.begin(), logs.end());
   double sum = 0.0;
   for (int k = 0; k < kSpeeds; ++k) sum += next[k] *= std::exp(logs[k] - top);

@@ -20,10 +20,10 @@
 //                      is the mean parallax of the static scene, and v dt / m its depth, heights;
 //                      beyond kGreatestDepth its density falls as that of a normal one    (GS5)
 //
-// L is the log-likelihood of ground_search.h. The logarithms of (GS3) and (GS4) are divided by
-// kFrameCorrelation, since consecutive pictures repeat each other's errors. The scene's depth is the
-// same for seconds, so (GS5) counts once a second, but for its fall: no picture shows a scene that
-// is beyond all scenes.
+// L is the log-likelihood of ground_search.h. The first picture counts in full. Later ones repeat its
+// errors: the logarithms of (GS3) and (GS4) are divided by kFrameCorrelation. The scene's depth is
+// the same for seconds, so (GS5) counts once a second, but for its fall: no picture shows a scene
+// that is beyond all scenes.
 #pragma once
 
 #include <array>

@@ -58,11 +58,11 @@ double ShareAbove(const LabelledFrame& labels, bool of_dashboard) {
   return static_cast<double>(moving) / std::max(count, 1);
 }
 
-// Seen through a lens that moves the corners of the picture by 30 pixels, movers and the static
+// Seen through a lens that moves the corners of the picture by 40 pixels, movers and the static
 // scene are told apart as well as without it, and places are those of the picture.
 TEST(LabelledDrives, ALensIsCorrected) {
   const Scenario scenario =
-      EditedScenario("junction", 2, [](Scene& scene) { scene.intrinsics.radial = -0.18; });
+      EditedScenario("junction", 2, [](Scene& scene) { scene.intrinsics.radial = -0.24; });
   const std::vector<DrivePicture> pictures = PicturesOf(scenario, 40, 4);
   const Intrinsics& k = scenario.intrinsics();
   const auto count = [&](bool is_known) {

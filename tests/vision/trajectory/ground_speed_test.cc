@@ -65,6 +65,14 @@ TEST(GroundSpeed, IsFoundFromPicturesThatAgree) {
   EXPECT_GE(ground.Low(), 8.0);
 }
 
+TEST(GroundSpeed, TheFirstPictureCountsInFull) {
+  GroundSpeed ground;
+  GroundObservation observation = SceneAt(8.0);
+  observation.pictures = Seen(8.0, 0.2);
+  ground.Advance(kSeconds, observation);
+  EXPECT_NEAR(ground.Low(), 8.0, 1.5);
+}
+
 TEST(GroundSpeed, IsFoundBySlopesWherePicturesShowNothing) {
   GroundSpeed ground;
   for (int k = 0; k < 20; ++k) ground.Advance(kSeconds, {{}, 10.0});
