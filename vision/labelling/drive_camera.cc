@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/base/status_macros.h"
+#include "vision/own_vehicle/mount_shake.h"
 #include "vision/own_vehicle/windscreen.h"
 #include "vision/trajectory/bundle_adjustment.h"
 #include "vision/trajectory/two_view_motion.h"
@@ -15,6 +16,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int64_t kFewestLinks = 100;
+// Of the lowest part of the picture, share of own vehicle that shows the camera to shake on its mount.
+constexpr double kLeastOfLowest = 0.1;
 
 Pinhole CameraOf(cv::Size size, double focal_ratio) {
   return Pinhole::Of(size, focal_ratio * std::max(size.width, size.height));
@@ -67,6 +70,12 @@ std::vector<TrackWindow> WindowsOfTheWorld(std::vector<TrackWindow> windows,
   return windows;
 }
 
+// Adds a mask to another; either may be empty.
+void Add(const cv::Mat1b& mask, cv::Mat1b& sum) {
+  if (mask.empty()) return;
+  sum = sum.empty() ? mask : cv::Mat1b(sum | mask);
+}
+
 }  // namespace
 
 absl::Status DriveCameraOptions::Validate() const {
@@ -83,9 +92,9 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   EGOSIEVE_ASSIGN_OR_RETURN(DrivePictures drive, ReadDrivePictures(source, pictures_options));
   DriveCamera camera;
   FixedPlaces fixed;
+  std::vector<cv::Mat1b> pictures;
+  for (const PicturePair& pair : drive.pairs) pictures.push_back(pair.reduced[0]);
   if (options.finds_own_vehicle) {
-    std::vector<cv::Mat1b> pictures;
-    for (const PicturePair& pair : drive.pairs) pictures.push_back(pair.reduced[0]);
     fixed = FindFixedPlaces(pictures, drive.size, options.own_vehicle);
     camera.fixed_pattern = fixed.median;
   }
@@ -120,15 +129,24 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   }
   camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
+  if (camera.travel.IsOfVehicle()) {
+    // Pairs that disagree with the direction are attributed to wrong estimates of motion.
+    camera.travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
+    std::vector<cv::Mat1b> seconds;
+    for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.reduced[1]);
+    camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);
+    if (options.finds_own_vehicle) {
+      const FixedPlaces shaken = FindFixedOnMount(pictures, drive.size, options.own_vehicle);
+      const cv::Mat1b own = ProveOwnVehicle(shaken, pairs, learnt, options.own_vehicle);
+      if (ShareOfLowest(own) >= kLeastOfLowest) {
+        Add(own, camera.own_vehicle);
+        Add(FindWindscreen(shaken, seconds, pairs, learnt, options.own_vehicle), camera.windscreen);
+      }
+    }
+  }
   if (options.pictures.lens != nullptr) {
     camera.own_vehicle = options.pictures.lens->DistortMask(camera.own_vehicle);
   }
-  if (!camera.travel.IsOfVehicle()) return camera;
-  // Pairs that disagree with the direction are attributed to wrong estimates of motion.
-  camera.travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
-  std::vector<cv::Mat1b> seconds;
-  for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.reduced[1]);
-  camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);
   return camera;
 }
 

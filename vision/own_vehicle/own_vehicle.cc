@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "kernels/base/argument_checks.h"
+#include "vision/own_vehicle/mount_shake.h"
 #include "vision/statistics/order_statistics.h"
 #include "vision/trajectory/ground_bound.h"
 
@@ -19,8 +20,9 @@ constexpr double kChangingShare = 0.2;  // of pictures with contrast at a place 
 constexpr int kClosing = 9;             // pixels: closes gaps, such as changing digits
 constexpr double kLeastBelow = 0.03;    // rays; closer to the horizon the ground is too far away
 constexpr size_t kFewestBelow = 20;     // points
-constexpr double kGroundShare = 0.3;    // of (OV3): allows for traffic at equal speed, and hills
-constexpr double kEnclosed = 0.6;       // share of own vehicle along the border of a blank part
+constexpr double kTravelDeviation = 0.035;  // of the direction of travel, radians
+constexpr double kGroundShare = 0.3;  // of (OV3): allows for traffic at equal speed, and hills
+constexpr double kEnclosed = 0.6;     // share of own vehicle along the border of a blank part
 
 // tau of two_view_motion.h: the translation in the first camera's coordinates.
 Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
@@ -28,23 +30,25 @@ Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
 }
 
 // The summand of (OV2) at a place of the original picture. scale: size of the reduced picture over
-// the original; times: n_k.
+// the original; times: n_k; is_steady: w_k is 0.
 double EvidenceOf(const PairWorld& world, double times, const Eigen::Vector2d& place,
                   const Eigen::Matrix2d& s, double scale, const Pinhole& camera,
-                  const OwnVehicleOptions& options) {
+                  const OwnVehicleOptions& options, bool is_steady) {
   if (!world.motion.found) return 0.0;
   const Eigen::Vector3d ray = camera.Ray(place(0), place(1));
   const Eigen::Vector3d turned = world.motion.rotation * ray;
   if (!(turned(2) > 0.0)) return 0.0;
   const Eigen::Vector3d tau = TauOf(world.motion);
-  const Eigen::Vector2d w = scale * (camera.Project(turned) - place);
+  Eigen::Vector2d w = scale * (camera.Project(turned) - place);
+  if (is_steady) w.setZero();
   const Eigen::Vector2d e =
       times * scale * camera.focal_pixels * (tau.head<2>() - tau(2) * ray.head<2>());
   const double least = LeastInverseDepth(world.ground_slope, ray.head<2>(), tau);
   const double curvature = e.dot(s * e), slope = e.dot(s * w);
   const double r = curvature > 0.0 ? std::max(least, -slope / curvature) : least;
   const double cost = w.dot(s * w) + 2.0 * r * slope + r * r * curvature;
-  const double sigma = options.pattern.most_shift_pixels;
+  const double sigma = std::hypot(options.pattern.most_shift_pixels,
+                                  kTravelDeviation * times * scale * camera.focal_pixels * r);
   return std::min(options.most_pair_evidence, 0.5 * cost / (sigma * sigma));
 }
 
@@ -89,6 +93,47 @@ void FillEnclosed(const cv::Mat1b& kind, cv::Mat1b& own) {
       }
     }
   }
+}
+
+std::vector<cv::Mat1f> Smooth(const std::vector<cv::Mat1b>& reduced) {
+  std::vector<cv::Mat1f> pictures;
+  for (const cv::Mat1b& picture : reduced) pictures.push_back(SmoothPicture(picture));
+  return pictures;
+}
+
+// Step 1.
+FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image,
+                    const OwnVehicleOptions& options) {
+  FixedPlaces places;
+  places.image = image;
+  const cv::Mat1f median = MedianPicture(pictures);
+  median.convertTo(places.median, CV_8U);
+  const FixedPattern pattern(median, options.pattern);
+  const cv::Size size = median.size();
+  const double least_variance = options.least_contrast * options.least_contrast;
+  cv::Mat1i agreeing = cv::Mat1i::zeros(size), contrasting = cv::Mat1i::zeros(size);
+  for (const cv::Mat1f& picture : pictures) {
+    places.agreeing.push_back(pattern.Agreeing(picture));
+    cv::add(agreeing, 1, agreeing, places.agreeing.back());
+    cv::add(contrasting, 1, contrasting, VarianceInWindow(picture) >= least_variance);
+  }
+  const double count = static_cast<double>(pictures.size());
+  places.kind = cv::Mat1b(size, FixedPlaces::kBlank);
+  const cv::Mat1f trace = pattern.xx() + pattern.yy() + 1e-6F;
+  places.s_xx = pattern.xx() / trace;
+  places.s_xy = pattern.xy() / trace;
+  places.s_yy = pattern.yy() / trace;
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const bool agrees = agreeing(y, x) >= options.agreeing_share * count;
+      if (agrees && pattern.variance()(y, x) >= least_variance) {
+        places.kind(y, x) = FixedPlaces::kFixed;
+      } else if (!agrees && contrasting(y, x) >= kChangingShare * count) {
+        places.kind(y, x) = FixedPlaces::kChanging;
+      }
+    }
+  }
+  return places;
 }
 
 }  // namespace
@@ -136,38 +181,17 @@ bool FixedPlaces::IsFixed(double x, double y) const {
 
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
                             const OwnVehicleOptions& options) {
-  FixedPlaces places;
-  places.image = image;
-  if (static_cast<int>(reduced.size()) < options.fewest_pictures) return places;
-  std::vector<cv::Mat1f> pictures;
-  for (const cv::Mat1b& picture : reduced) pictures.push_back(SmoothPicture(picture));
-  const cv::Mat1f median = MedianPicture(pictures);
-  median.convertTo(places.median, CV_8U);
-  const FixedPattern pattern(median, options.pattern);
-  const cv::Size size = median.size();
-  const double least_variance = options.least_contrast * options.least_contrast;
-  cv::Mat1i agreeing = cv::Mat1i::zeros(size), contrasting = cv::Mat1i::zeros(size);
-  for (const cv::Mat1f& picture : pictures) {
-    places.agreeing.push_back(pattern.Agreeing(picture));
-    cv::add(agreeing, 1, agreeing, places.agreeing.back());
-    cv::add(contrasting, 1, contrasting, VarianceInWindow(picture) >= least_variance);
-  }
-  const double count = static_cast<double>(pictures.size());
-  places.kind = cv::Mat1b(size, FixedPlaces::kBlank);
-  const cv::Mat1f trace = pattern.xx() + pattern.yy() + 1e-6F;
-  places.s_xx = pattern.xx() / trace;
-  places.s_xy = pattern.xy() / trace;
-  places.s_yy = pattern.yy() / trace;
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      const bool agrees = agreeing(y, x) >= options.agreeing_share * count;
-      if (agrees && pattern.variance()(y, x) >= least_variance) {
-        places.kind(y, x) = FixedPlaces::kFixed;
-      } else if (!agrees && contrasting(y, x) >= kChangingShare * count) {
-        places.kind(y, x) = FixedPlaces::kChanging;
-      }
-    }
-  }
+  if (static_cast<int>(reduced.size()) < options.fewest_pictures) return {.image = image};
+  return FixedIn(Smooth(reduced), image, options);
+}
+
+FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image,
+                             const OwnVehicleOptions& options) {
+  if (static_cast<int>(reduced.size()) < options.fewest_pictures) return {.image = image};
+  SteadyPictures steady = SteadyOnMount(Smooth(reduced));
+  if (TypicalShake(steady) <= options.pattern.most_shift_pixels) return {.image = image};
+  FixedPlaces places = FixedIn(steady.pictures, image, options);
+  places.shakes = std::move(steady.shakes);
   return places;
 }
 
@@ -193,7 +217,8 @@ cv::Mat1b ProvenPlaces(const cv::Mat1b& candidates, const FixedPlaces& places,
       for (const PairWorld& world : worlds) {
         if (both_agree != nullptr && (*both_agree)[world.picture](y, x) == 0) continue;
         const double times = both_agree != nullptr ? 1.0 : world.times;
-        evidence += EvidenceOf(world, times, place, s, scale, camera, options);
+        evidence +=
+            EvidenceOf(world, times, place, s, scale, camera, options, !places.shakes.empty());
       }
       if (evidence > options.least_evidence) proven(y, x) = 255;
     }
@@ -207,6 +232,7 @@ cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld
   cv::Mat1b own = ProvenPlaces(places.kind == FixedPlaces::kFixed, places, worlds, camera, options);
   RemoveSmall(own);
   if (cv::countNonZero(own) != 0) FillEnclosed(places.kind, own);
+  if (!places.shakes.empty()) own = Shaken(own, places.shakes);
   return OfTheImage(own, places.image);
 }
 

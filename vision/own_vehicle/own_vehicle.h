@@ -21,6 +21,10 @@
 // 3. Patches of less than two windows are dropped. Blank parts that are enclosed by own vehicle and
 //    the border of the image are added.
 //
+// Where the camera shakes on its mount (mount_shake.h), all of this is done once more in pictures that
+// are steady on the vehicle. They are so by their own rotation: w_k is 0 then. The own vehicle is
+// where any picture has it.
+//
 // Pictures are reduced to at most 640 pixels.
 #pragma once
 
@@ -68,6 +72,7 @@ struct FixedPlaces {
   std::vector<cv::Mat1b> agreeing;  // 255 where a picture agrees with M, else 0; one per picture
   cv::Mat1f s_xx, s_xy, s_yy;       // S
   cv::Mat1b median;                 // M
+  std::vector<cv::Matx23f> shakes;  // of mount_shake.h, one per picture; empty: the mount holds
 
   // Whether the place, in pixels of the original picture, is a candidate.
   bool IsFixed(double x, double y) const;
@@ -76,6 +81,10 @@ struct FixedPlaces {
 // reduced: ReducedPicture() of pictures of the size `image`. `options` must be valid.
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
                             const OwnVehicleOptions& options);
+
+// The same for a camera that shakes on its mount; without places where the mount holds.
+FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image,
+                             const OwnVehicleOptions& options);
 
 // Step 2: 255 at the `candidates` with E > least_evidence, else 0. both_agree: if given, 255 where
 // both pictures of a pair agree with M, by PairWorld::picture. Then only these pairs count at a

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <opencv2/imgproc.hpp>
 
+#include "vision/own_vehicle/mount_shake.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -52,12 +54,18 @@ cv::Mat1b FindWindscreen(const FixedPlaces& places, const std::vector<cv::Mat1b>
   const FixedPattern pattern(median, fixed.pattern);
   std::vector<cv::Mat1b> both_agree;
   for (size_t k = 0; k < seconds.size(); ++k) {
-    both_agree.push_back(places.agreeing[k] & pattern.Agreeing(SmoothPicture(seconds[k])));
+    cv::Mat1f second = SmoothPicture(seconds[k]);
+    if (!places.shakes.empty()) {
+      cv::Matx23f shake = places.shakes[k];
+      second = Steady(median, second, shake);
+    }
+    both_agree.push_back(places.agreeing[k] & pattern.Agreeing(second));
   }
   const cv::Mat1b candidates = Recurring(places, pattern, fixed, options);
   const cv::Mat1b proven = ProvenPlaces(candidates, places, worlds, camera, fixed, &both_agree);
   cv::Mat1b mixed = ProvenPatches(candidates, proven, options.proven_share);
   cv::dilate(mixed, mixed, cv::Mat1b::ones(kReach, kReach));
+  if (!places.shakes.empty()) mixed = Shaken(mixed, places.shakes);
   return OfTheImage(mixed, places.image);
 }
 

@@ -71,6 +71,23 @@ TEST(FixedPlaces, WhatSwaysIsNotFixed) {
   EXPECT_LT(ShareOf(places, FixedPlaces::kFixed, Inner(kPanel)), 0.02);
 }
 
+TEST(FixedPlaces, OnAShakingMountWhatSwaysInTheLowestPartIsFixed) {
+  const std::vector<cv::Mat1b> pictures = Drive(20, 2.5);
+  const FixedPlaces places = FindFixedOnMount(pictures, {kWidth, kHeight}, {});
+  ASSERT_EQ(places.shakes.size(), pictures.size());
+  EXPECT_GT(ShareOf(places, FixedPlaces::kFixed, Inner(kPanel)), 0.7);
+  EXPECT_EQ(ShareOf(places, FixedPlaces::kFixed, {0, 36, kWidth, 36}), 0.0);
+  const cv::Vec3f middle(kPanel.x + 0.5f * kPanel.width, kPanel.y + 0.5f * kPanel.height, 1.0f);
+  const cv::Vec2f first = places.shakes[0] * middle;
+  for (size_t k = 0; k < places.shakes.size(); ++k) {
+    const cv::Vec2f moved = places.shakes[k] * middle - first;
+    const double shift = 2.5 * std::sin(1.7 * static_cast<double>(k));
+    EXPECT_NEAR(moved(0), shift, 0.4) << k;
+    EXPECT_NEAR(moved(1), 0.5 * shift, 0.4) << k;
+  }
+  EXPECT_TRUE(FindFixedOnMount(Drive(20, 0.0), {kWidth, kHeight}, {}).kind.empty());
+}
+
 TEST(FixedPlaces, AFewPicturesSayNothing) {
   const FixedPlaces places = Find(Drive(OwnVehicleOptions().fewest_pictures - 1, 0.0));
   EXPECT_TRUE(places.kind.empty());
@@ -113,6 +130,27 @@ TEST(OwnVehicle, ALineThatLeadsToWhereTheCameraMovesIsWorld) {
   ASSERT_FALSE(own.empty());
   EXPECT_EQ(own(110, 79), 0);
   EXPECT_NE(own(110, 20), 0);
+}
+
+TEST(OwnVehicle, ALineThatLeadsTwoDegreesAsideIsWorld) {
+  std::vector<PairWorld> worlds = Worlds(0.0, 0.2);
+  for (PairWorld& world : worlds) world.times = 5.0;
+  const cv::Mat1b own = Prove(AllFixed(Eigen::Vector2d(std::cos(0.035), std::sin(0.035))), worlds);
+  ASSERT_FALSE(own.empty());
+  EXPECT_EQ(own(110, 79), 0);
+  EXPECT_NE(own(110, 20), 0);
+}
+
+TEST(OwnVehicle, OfAShakingMountItIsWhereAnyPictureHasIt) {
+  FixedPlaces places = AllFixed(Eigen::Vector2d(0, 1));
+  places.kind(cv::Rect(0, 0, kWidth, 100)) = FixedPlaces::kChanging;
+  places.shakes = {{1, 0, 0, 0, 1, 0}, {1, 0, 0, 0, 1, -5}};
+  const cv::Mat1b own = Prove(places, Worlds(0.0, 0.2));
+  ASSERT_FALSE(own.empty());
+  EXPECT_NE(own(96, 80), 0);
+  EXPECT_EQ(own(92, 80), 0);
+  // The pictures are steady by their own rotation, so a turn shows nothing.
+  EXPECT_TRUE(Prove(places, Worlds(0.01, 0.0)).empty());
 }
 
 TEST(OwnVehicle, ATurnMovesWhatIsFarAway) {

@@ -90,6 +90,35 @@ TEST(Windscreen, WhatSwaysIsNotOnIt) {
   EXPECT_LT(ShareIn(Find(Drive(1.5), kStepOfPair), inner), 0.05);
 }
 
+TEST(Windscreen, OnAShakingMountAReflectionThatSwaysIsFound) {
+  Pictures pictures = Drive(1.5);
+  const cv::Rect bonnet(0, 106, kWidth, kHeight - 106);
+  const cv::Mat1f texture = Texture(bonnet.size() + cv::Size(8, 0), 3, 30.0) + 90.0;
+  for (std::vector<cv::Mat1b>* of : {&pictures.firsts, &pictures.seconds}) {
+    for (int k = 0; k < kPairs; ++k) {
+      const double shift = 4.0 + 1.5 * std::sin(1.7 * k);
+      cv::Mat1f shifted;
+      const cv::Mat1d transform = (cv::Mat1d(2, 3) << 1, 0, -shift, 0, 1, 0);
+      cv::warpAffine(texture, shifted, transform, bonnet.size(), cv::INTER_LINEAR);
+      shifted.convertTo((*of)[k](bonnet), CV_8U);
+    }
+  }
+  std::vector<PairWorld> worlds;
+  for (size_t k = 0; k < pictures.firsts.size(); ++k) {
+    PairWorld world;
+    world.motion.found = true;
+    world.motion.translation = -Eigen::Vector3d::UnitZ();
+    world.ground_slope = 0.4;
+    world.picture = k;
+    worlds.push_back(world);
+  }
+  const FixedPlaces places = FindFixedOnMount(pictures.firsts, kSize, {});
+  const cv::Mat1b mixed =
+      FindWindscreen(places, pictures.seconds, worlds, Pinhole::Of(kSize, 150.0), {});
+  EXPECT_GT(ShareIn(mixed, kReflection), 0.8);
+  EXPECT_LT(ShareIn(mixed, {0, 0, kWidth, 50}), 0.01);
+}
+
 TEST(Windscreen, AFewPicturesSayNothing) {
   Pictures pictures = Drive(0.0);
   pictures.firsts.resize(OwnVehicleOptions().fewest_pictures - 1);
