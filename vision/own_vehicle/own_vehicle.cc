@@ -101,11 +101,16 @@ std::vector<cv::Mat1f> Smooth(const std::vector<cv::Mat1b>& reduced) {
   return pictures;
 }
 
+FixedPlaces NoPlaces(cv::Size image) {
+  FixedPlaces places;
+  places.image = image;
+  return places;
+}
+
 // Step 1.
 FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image,
                     const OwnVehicleOptions& options) {
-  FixedPlaces places;
-  places.image = image;
+  FixedPlaces places = NoPlaces(image);
   const cv::Mat1f median = MedianPicture(pictures);
   median.convertTo(places.median, CV_8U);
   const FixedPattern pattern(median, options.pattern);
@@ -181,15 +186,15 @@ bool FixedPlaces::IsFixed(double x, double y) const {
 
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
                             const OwnVehicleOptions& options) {
-  if (static_cast<int>(reduced.size()) < options.fewest_pictures) return {.image = image};
+  if (static_cast<int>(reduced.size()) < options.fewest_pictures) return NoPlaces(image);
   return FixedIn(Smooth(reduced), image, options);
 }
 
 FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image,
                              const OwnVehicleOptions& options) {
-  if (static_cast<int>(reduced.size()) < options.fewest_pictures) return {.image = image};
+  if (static_cast<int>(reduced.size()) < options.fewest_pictures) return NoPlaces(image);
   SteadyPictures steady = SteadyOnMount(Smooth(reduced));
-  if (TypicalShake(steady) <= options.pattern.most_shift_pixels) return {.image = image};
+  if (TypicalShake(steady) <= options.pattern.most_shift_pixels) return NoPlaces(image);
   FixedPlaces places = FixedIn(steady.pictures, image, options);
   places.shakes = std::move(steady.shakes);
   return places;
