@@ -48,7 +48,7 @@ std::vector<WorldPair> PairsOfTheWorld(const DrivePictures& drive, const FixedPl
     world.picture = k;
     std::copy_if(world.pair->links.begin(), world.pair->links.end(),
                  std::back_inserter(world.links), [&](const PointPair& p) {
-                   return !fixed.IsFixed(p.x1, p.y1) && !fixed.IsFixed(p.x2, p.y2);
+                   return !fixed.IsFixedIn(k, p.x1, p.y1) && !fixed.IsFixedIn(k, p.x2, p.y2);
                  });
     if (static_cast<int64_t>(world.links.size()) < kFewestLinks) continue;
     world.motion = EstimateTwoViewMotion(world.links, camera, {});
@@ -56,6 +56,15 @@ std::vector<WorldPair> PairsOfTheWorld(const DrivePictures& drive, const FixedPl
     found.push_back(std::move(world));
   }
   return found;
+}
+
+std::vector<PairWorld> MotionsOf(const std::vector<WorldPair>& worlds, const Pinhole& camera) {
+  std::vector<PairWorld> pairs;
+  for (const WorldPair& world : worlds) {
+    pairs.push_back({world.motion, world.times_as_long,
+                     LeastGroundSlope(world.links, world.motion, camera), world.picture});
+  }
+  return pairs;
 }
 
 // The windows without tracks of places that are fixed in the image.
@@ -117,12 +126,10 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   const Pinhole learnt = CameraOf(drive.size, camera.focal_ratio);
   const std::vector<WorldPair> worlds = PairsOfTheWorld(drive, fixed, learnt);
   camera.pair_count = static_cast<int>(worlds.size());
-  std::vector<PairWorld> pairs;
+  const std::vector<PairWorld> pairs = MotionsOf(worlds, learnt);
   std::vector<Eigen::Vector3d> directions;
-  for (const WorldPair& world : worlds) {
-    const TwoViewMotion& motion = world.motion;
-    pairs.push_back({motion, world.times_as_long, LeastGroundSlope(world.links, motion, learnt),
-                     world.picture});
+  for (const PairWorld& pair : pairs) {
+    const TwoViewMotion& motion = pair.motion;
     if (motion.HasParallax()) {
       directions.push_back(motion.rotation.transpose() * motion.translation);
     }
@@ -137,10 +144,13 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
     camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);
     if (options.finds_own_vehicle) {
       const FixedPlaces shaken = FindFixedOnMount(pictures, drive.size, options.own_vehicle);
-      const cv::Mat1b own = ProveOwnVehicle(shaken, pairs, learnt, options.own_vehicle);
+      const std::vector<PairWorld> around =
+          MotionsOf(PairsOfTheWorld(drive, shaken, learnt), learnt);
+      const cv::Mat1b own = ProveOwnVehicle(shaken, around, learnt, options.own_vehicle);
       if (ShareOfLowest(own) >= kLeastOfLowest) {
         Add(own, camera.own_vehicle);
-        Add(FindWindscreen(shaken, seconds, pairs, learnt, options.own_vehicle), camera.windscreen);
+        Add(FindWindscreen(shaken, seconds, around, learnt, options.own_vehicle),
+            camera.windscreen);
       }
     }
   }

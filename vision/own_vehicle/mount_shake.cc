@@ -56,6 +56,12 @@ cv::Mat1f Steady(const cv::Mat1f& median, const cv::Mat1f& picture, cv::Matx23f&
   return steady;
 }
 
+cv::Vec2d Steadied(const cv::Matx23f& shake, const cv::Vec2d& place) {
+  // Its left half is a rotation.
+  const double x = place(0) - shake(0, 2), y = place(1) - shake(1, 2);
+  return {shake(0, 0) * x + shake(1, 0) * y, shake(0, 1) * x + shake(1, 1) * y};
+}
+
 cv::Mat1b Shaken(const cv::Mat1b& mask, const std::vector<cv::Matx23f>& shakes) {
   cv::Mat1b shaken = cv::Mat1b::zeros(mask.size()), moved;
   for (const cv::Matx23f& shake : shakes) {

@@ -25,6 +25,9 @@ SteadyPictures SteadyOnMount(const std::vector<cv::Mat1f>& pictures);
 // begins, and what it finds.
 cv::Mat1f Steady(const cv::Mat1f& median, const cv::Mat1f& picture, cv::Matx23f& shake);
 
+// The place in the steady picture that the shake moves to `place`.
+cv::Vec2d Steadied(const cv::Matx23f& shake, const cv::Vec2d& place);
+
 // 255 where any of the shakes puts a place of `mask`, which is of the steady picture.
 cv::Mat1b Shaken(const cv::Mat1b& mask, const std::vector<cv::Matx23f>& shakes);
 

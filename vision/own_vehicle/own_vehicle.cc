@@ -184,6 +184,14 @@ bool FixedPlaces::IsFixed(double x, double y) const {
          kind(row, column) == kFixed;
 }
 
+bool FixedPlaces::IsFixedIn(size_t picture, double x, double y) const {
+  if (shakes.empty()) return IsFixed(x, y);
+  const double scale = static_cast<double>(kind.cols) / image.width;
+  const cv::Vec2d place =
+      Steadied(shakes[picture], {scale * (x + 0.5) - 0.5, scale * (y + 0.5) - 0.5});
+  return IsFixed((place(0) + 0.5) / scale - 0.5, (place(1) + 0.5) / scale - 0.5);
+}
+
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
                             const OwnVehicleOptions& options) {
   if (static_cast<int>(reduced.size()) < options.fewest_pictures) return NoPlaces(image);

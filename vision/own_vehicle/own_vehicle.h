@@ -76,6 +76,8 @@ struct FixedPlaces {
 
   // Whether the place, in pixels of the original picture, is a candidate.
   bool IsFixed(double x, double y) const;
+  // The same in this one of the pictures, which may have been shaken.
+  bool IsFixedIn(size_t picture, double x, double y) const;
 };
 
 // reduced: ReducedPicture() of pictures of the size `image`. `options` must be valid.

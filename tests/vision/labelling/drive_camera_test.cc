@@ -119,6 +119,27 @@ TEST(DriveCamera, ABonnetIsTheOwnVehicle) {
   EXPECT_TRUE(LearnDriveCamera(again, without)->own_vehicle.empty());
 }
 
+// A phone on the dashboard: bonnet and street move in the picture together.
+TEST(DriveCamera, ABonnetThatShakesIsTheOwnVehicle) {
+  std::vector<DrivePicture> pictures = PairsOf(EditedScenario("street", 3, [](Scene&) {}), 16, 5);
+  cv::Mat bonnet = pictures[0].frame.image(cv::Rect(0, 100, 400, 60)).clone();
+  for (size_t k = 0; k < pictures.size(); ++k) {
+    cv::Mat& image = pictures[k].frame.image;
+    bonnet.copyTo(image(cv::Rect(0, 180, 400, 60)));
+    const double shake = 3.0 * std::sin(1.7 * static_cast<double>(k / 2));
+    const cv::Mat1d shift = (cv::Mat1d(2, 3) << 1, 0, shake, 0, 1, 0.5 * shake);
+    cv::Mat shaken;
+    cv::warpAffine(image, shaken, shift, image.size(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    image = shaken;
+  }
+  PictureSource source(pictures);
+  const DriveCamera camera = *LearnDriveCamera(source, {});
+  ASSERT_TRUE(camera.travel.IsOfVehicle());
+  ASSERT_FALSE(camera.own_vehicle.empty());
+  EXPECT_GT(cv::countNonZero(camera.own_vehicle(cv::Rect(0, 188, 400, 52))), 0.8 * 400 * 52);
+  EXPECT_LT(cv::countNonZero(camera.own_vehicle(cv::Rect(0, 0, 400, 172))), 0.01 * 400 * 172);
+}
+
 TEST(DriveCamera, AVehicleThatIsFollowedIsNotTheOwnVehicle) {
   PictureSource source(PairsOf(EditedScenario("ahead", 4, [](Scene&) {}), 24, 5));
   const cv::Mat1b own = LearnDriveCamera(source, {})->own_vehicle;
