@@ -85,6 +85,25 @@ void Add(const cv::Mat1b& mask, cv::Mat1b& sum) {
   sum = sum.empty() ? mask : cv::Mat1b(sum | mask);
 }
 
+// The first or second pictures of the pairs.
+std::vector<cv::Mat1b> Reduced(const DrivePictures& drive, int which) {
+  std::vector<cv::Mat1b> pictures;
+  for (const PicturePair& pair : drive.pairs) pictures.push_back(pair.reduced[which]);
+  return pictures;
+}
+
+// Adds what a camera that shakes on its mount sees of its vehicle and windscreen.
+void AddShaken(const DrivePictures& drive, const Pinhole& learnt, const OwnVehicleOptions& options,
+               DriveCamera& camera) {
+  const FixedPlaces places = FindFixedOnMount(Reduced(drive, 0), drive.size, options);
+  if (places.kind.empty()) return;
+  const std::vector<PairWorld> pairs = MotionsOf(PairsOfTheWorld(drive, places, learnt), learnt);
+  const cv::Mat1b own = ProveOwnVehicle(places, pairs, learnt, options);
+  if (ShareOfLowest(own) < kLeastOfLowest) return;
+  Add(own, camera.own_vehicle);
+  Add(FindWindscreen(places, Reduced(drive, 1), pairs, learnt, options), camera.windscreen);
+}
+
 }  // namespace
 
 absl::Status DriveCameraOptions::Validate() const {
@@ -101,10 +120,8 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   EGOSIEVE_ASSIGN_OR_RETURN(DrivePictures drive, ReadDrivePictures(source, pictures_options));
   DriveCamera camera;
   FixedPlaces fixed;
-  std::vector<cv::Mat1b> pictures;
-  for (const PicturePair& pair : drive.pairs) pictures.push_back(pair.reduced[0]);
   if (options.finds_own_vehicle) {
-    fixed = FindFixedPlaces(pictures, drive.size, options.own_vehicle);
+    fixed = FindFixedPlaces(Reduced(drive, 0), drive.size, options.own_vehicle);
     camera.fixed_pattern = fixed.median;
   }
   if (is_given) {
@@ -130,29 +147,17 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   std::vector<Eigen::Vector3d> directions;
   for (const PairWorld& pair : pairs) {
     const TwoViewMotion& motion = pair.motion;
-    if (motion.HasParallax()) {
-      directions.push_back(motion.rotation.transpose() * motion.translation);
-    }
+    if (!motion.HasParallax()) continue;
+    directions.push_back(motion.rotation.transpose() * motion.translation);
   }
   camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
   if (camera.travel.IsOfVehicle()) {
     // Pairs that disagree with the direction are attributed to wrong estimates of motion.
     camera.travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
-    std::vector<cv::Mat1b> seconds;
-    for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.reduced[1]);
-    camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);
-    if (options.finds_own_vehicle) {
-      const FixedPlaces shaken = FindFixedOnMount(pictures, drive.size, options.own_vehicle);
-      const std::vector<PairWorld> around =
-          MotionsOf(PairsOfTheWorld(drive, shaken, learnt), learnt);
-      const cv::Mat1b own = ProveOwnVehicle(shaken, around, learnt, options.own_vehicle);
-      if (ShareOfLowest(own) >= kLeastOfLowest) {
-        Add(own, camera.own_vehicle);
-        Add(FindWindscreen(shaken, seconds, around, learnt, options.own_vehicle),
-            camera.windscreen);
-      }
-    }
+    camera.windscreen =
+        FindWindscreen(fixed, Reduced(drive, 1), pairs, learnt, options.own_vehicle);
+    if (options.finds_own_vehicle) AddShaken(drive, learnt, options.own_vehicle, camera);
   }
   if (options.pictures.lens != nullptr) {
     camera.own_vehicle = options.pictures.lens->DistortMask(camera.own_vehicle);

@@ -20,7 +20,8 @@ constexpr double kChangingShare = 0.2;  // of pictures with contrast at a place 
 constexpr int kClosing = 9;             // pixels: closes gaps, such as changing digits
 constexpr double kLeastBelow = 0.03;    // rays; closer to the horizon the ground is too far away
 constexpr size_t kFewestBelow = 20;     // points
-constexpr double kTravelDeviation = 0.035;  // of the direction of travel, radians
+// Of the direction of travel, radians. In steady pictures lane lines agree that would not otherwise.
+constexpr double kTravelDeviation = 0.035;
 constexpr double kGroundShare = 0.3;  // of (OV3): allows for traffic at equal speed, and hills
 constexpr double kEnclosed = 0.6;     // share of own vehicle along the border of a blank part
 
@@ -47,8 +48,9 @@ double EvidenceOf(const PairWorld& world, double times, const Eigen::Vector2d& p
   const double curvature = e.dot(s * e), slope = e.dot(s * w);
   const double r = curvature > 0.0 ? std::max(least, -slope / curvature) : least;
   const double cost = w.dot(s * w) + 2.0 * r * slope + r * r * curvature;
+  const double deviation = is_steady ? kTravelDeviation : 0.0;
   const double sigma = std::hypot(options.pattern.most_shift_pixels,
-                                  kTravelDeviation * times * scale * camera.focal_pixels * r);
+                                  deviation * times * scale * camera.focal_pixels * r);
   return std::min(options.most_pair_evidence, 0.5 * cost / (sigma * sigma));
 }
 

@@ -22,8 +22,8 @@
 //    the border of the image are added.
 //
 // Where the camera shakes on its mount (mount_shake.h), all of this is done once more in pictures that
-// are steady on the vehicle. They are so by their own rotation: w_k is 0 then. The own vehicle is
-// where any picture has it.
+// are steady on the vehicle. They are so by their own rotation: w_k is 0 then, and sigma has the
+// deviation of the direction of travel, too. The own vehicle is where any picture has it.
 //
 // Pictures are reduced to at most 640 pixels.
 #pragma once
