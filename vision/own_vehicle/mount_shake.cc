@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
@@ -37,8 +38,9 @@ cv::Matx23f Registered(const cv::Mat1f& median, const cv::Mat1f& picture, cv::Ma
   try {
     cv::findTransformECC(median(part), picture(part), found, cv::MOTION_EUCLIDEAN, until,
                          cv::noArray(), kGradientWindow);
-  } catch (const cv::Exception&) {
-    return Identity();  // it did not converge
+  } catch (const cv::Exception& error) {
+    if (error.code != cv::Error::StsNoConv) throw;
+    return Identity();
   }
   shake = cv::Matx23f(found.ptr<float>());
   shake(0, 2) -= shake(0, 1) * top;
