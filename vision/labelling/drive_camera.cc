@@ -96,7 +96,10 @@ std::vector<cv::Mat1b> Reduced(const DrivePictures& drive, int which) {
 void AddShaken(const DrivePictures& drive, const Pinhole& learnt, const OwnVehicleOptions& options,
                DriveCamera& camera) {
   const FixedPlaces places = FindFixedOnMount(Reduced(drive, 0), drive.size, options);
-  if (places.kind.empty()) return;
+  // Most of what is proven is of these; motions cost more than this look.
+  if (places.kind.empty() || ShareOfLowest(places.kind == FixedPlaces::kFixed) < kLeastOfLowest) {
+    return;
+  }
   const std::vector<PairWorld> pairs = MotionsOf(PairsOfTheWorld(drive, places, learnt), learnt);
   const cv::Mat1b own = ProveOwnVehicle(places, pairs, learnt, options);
   if (ShareOfLowest(own) < kLeastOfLowest) return;

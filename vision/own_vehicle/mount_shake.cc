@@ -14,8 +14,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kLowest = 0.25;  // share of the picture's height
-constexpr int kRounds = 2, kIterations = 100;
-constexpr double kConverged = 1e-6;  // change of the correlation
+constexpr int kRounds = 2, kIterations = 30;
+constexpr double kConverged = 1e-5;  // change of the correlation
 constexpr int kGradientWindow = 5;   // pixels
 
 cv::Rect LowestPart(cv::Size size) {
