@@ -70,11 +70,14 @@ CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& poin
 
 // Fills in the places of a labelled frame and their probabilities from evidence along tracks
 // (vision/evidence/fusion.h). Nodes of the flow grid in options.ignored are labelled static. Counted
-// as discarded are places outside of the picture, places without a probability, and those that tell
-// nothing among movers (among_movers.h). evidence: one per point.
-void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint>& points,
-                     const MotionModel& model, const EvidenceResult& evidence,
-                     const FrameLabellerOptions& options, LabelledFrame& result) {
+// as discarded are places outside of the picture, places without a probability, those that tell
+// nothing among movers (among_movers.h), and those in `fixed` that seem to move: of three
+// explanations, static, moving and fixed to the vehicle, the last one has no label of its own.
+// evidence: one per point.
+void LabelByEvidence(const ExtractedFrame& frame, const PatternPlaces& fixed,
+                     const std::vector<TrackedPoint>& points, const MotionModel& model,
+                     const EvidenceResult& evidence, const FrameLabellerOptions& options,
+                     LabelledFrame& result) {
   // A distance to a line checks one direction of two: a single place may pass by chance.
   const bool needs_support = model.kind == MotionModelKind::kFundamental;
   const auto add = [&](cv::Point2f now, cv::Point2f before, double probability, EvidenceTerm by) {
@@ -88,6 +91,7 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   const auto is_judged = [&](size_t i) {
     const cv::Point2f now = points[i].evidence.now;
     return evidence.points[i].judged && (!needs_support || points[i].is_supported) &&
+           !(evidence.points[i].probability > 0.5 && fixed.Contain(now)) &&
            IsInside(now.x, now.y, frame.grey.size());
   };
   std::vector<cv::Point2f> moving;
@@ -252,7 +256,8 @@ absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pi
   result.second_index = view.frame->frame.index;
   RecordMotion(ModelOf(view.motion, Camera(frame.grey.size()), 0), result);
   result.reason.clear();
-  LabelByEvidence(frame, points, MotionModel(), evidence, options_, result);
+  LabelByEvidence(frame, pair_motions_.FixedIn(frame), points, MotionModel(), evidence, options_,
+                  result);
   result.static_share = view.motion.static_share;
   result.times.labelling_milliseconds += watch.LapMilliseconds();
   return absl::OkStatus();
@@ -388,7 +393,7 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   }
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();
-    LabelByEvidence(frame, points, model, evidence, options_, result);
+    LabelByEvidence(frame, pair_motions_.FixedIn(frame), points, model, evidence, options_, result);
   }
   if (const View& view = outlook.longest(); view.frame != nullptr || world.found) {
     result.static_share = (view.frame != nullptr ? view.motion : world).static_share;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <thread>
 #include <vector>
 
@@ -122,6 +123,36 @@ TEST(Windscreen, HasNoLabels) {
   options.windscreen(reflection) = 255;
   // But for those that the static world explains where flow is lost.
   EXPECT_LT(count_in(options), 30);
+}
+
+// As a time stamp in the picture of a moving vehicle, which the static world does not explain.
+TEST(FixedPattern, WhatAgreesWithItDoesNotMove) {
+  const Scenario scenario = EditedScenario("turning", 3, [](Scene&) {});
+  FrameLabellerOptions options{.focal_ratio = FocalRatioOf(scenario),
+                               .travel = TravelOf(scenario, 57)};
+  std::vector<DrivePicture> pictures = PicturesOf(scenario, 57, 4);
+  const cv::Rect overlay(150, 5, 110, 70), inside(160, 15, 90, 50);
+  cv::Mat texture(overlay.size(), CV_8UC3);
+  cv::RNG random(5);
+  random.fill(texture, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(texture, texture, {0, 0}, 2.0);
+  for (DrivePicture& picture : pictures) texture.copyTo(picture.frame.image(overlay));
+  const auto count_moving = [&] {
+    const LabelledFrame labels = LastLabels(options, pictures);
+    EXPECT_GT(labels.probability.size(), 1000u);
+    int moving = 0;
+    for (size_t i = 0; i < labels.probability.size(); ++i) {
+      const cv::Point2d place(labels.positions[2 * i], labels.positions[2 * i + 1]);
+      moving += labels.probability[i] > 0.5 && cv::Rect2d(inside).contains(place);
+    }
+    return moving;
+  };
+  EXPECT_GT(count_moving(), 5);
+  options.fixed_pattern = cv::Mat1b::zeros(240, 400);
+  cv::Mat grey;
+  cv::cvtColor(texture, grey, cv::COLOR_BGR2GRAY);
+  grey.copyTo(options.fixed_pattern(overlay));
+  EXPECT_EQ(count_moving(), 0);
 }
 
 constexpr int kSide = 200;  // of pictures of 400 x 240
