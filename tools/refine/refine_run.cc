@@ -73,7 +73,6 @@ nlohmann::json ReadState(const RunFolder& folder) {
 absl::Status RefineOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(classes.Validate());
   EGOSIEVE_RETURN_IF_ERROR(objects.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(window.Validate());
   if (mask.Validate().ok()) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrFormat(
       "--mask_low=%g and --mask_high=%g; both must lie in [0, 1], the first not above the second",

@@ -50,10 +50,9 @@ void SegmentCall::AddFlags(CLI::App& app) {
   result.AddFlag(app);
 }
 
-absl::Status SegmentCall::Resolve(int thread_count) {
+absl::Status SegmentCall::Resolve() {
   settings = given.MakeSettings();
   if (directory.empty()) directory = DefaultFolder(input);
-  settings.segmenter.labeller.threads = thread_count;
   EGOSIEVE_RETURN_IF_ERROR(settings.schedule.range.Validate());
   if (overwrite && resume) {
     return absl::InvalidArgumentError(

@@ -40,8 +40,7 @@ struct SegmentCall {
   void AddFlags(CLI::App& app);
 
   // Makes `settings` of what was given; InvalidArgument for what does not fit together.
-  // `thread_count` is at least 1.
-  absl::Status Resolve(int thread_count);
+  absl::Status Resolve();
 
   // A file, folder or stream; remarks on videos are warnings on stderr. Errors of drive_input.h;
   // InvalidArgument for flags that do not belong to a stream, or only to one.

@@ -231,7 +231,7 @@ std::vector<SegmentOption> MakeOptions() {
        [](const std::string& text, Settings& s) {
          s.segmenter.learner.SetDensity(std::stod(text));
        },
-       [](const Settings& s) { return ToText(s.segmenter.learner.new_point_density.radius); }},
+       [](const Settings& s) { return ToText(s.segmenter.learner.new_point_radius); }},
       std::move(age),
       Number(
           Kind::kResearch, "arrival_share", "SHARE",
@@ -302,7 +302,7 @@ std::vector<SegmentOption> MakeOptions() {
           Words<vision::Equalization>{{"none", vision::Equalization::kNone},
                                       {"global", vision::Equalization::kGlobal},
                                       {"clahe", vision::Equalization::kClahe}},
-          [](auto& s) -> auto& { return s.segmenter.labeller.equalization.method; }),
+          [](auto& s) -> auto& { return s.segmenter.labeller.equalization; }),
       // What a profile alone decides.
       Word(
           Kind::kProfile, "flow_quality", "",

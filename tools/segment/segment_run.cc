@@ -313,7 +313,7 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
       vision::RunPipeline(*input.frames, *segmenter, pipeline, InterruptionRequested, write);
   if (summary.ok()) {
     const absl::Status learnt =
-        call.camera.WriteLearnt(call.directory, input, segmenter->learnt_camera());
+        call.camera.WriteLearnt(call.directory, input, segmenter->labeller().learnt_camera());
     if (!learnt.ok()) summary = learnt;
   }
   progress.Finish();
@@ -343,7 +343,7 @@ class SegmentCommand : public Command {
 
 absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
   const int threads = call.threads.Apply();
-  EGOSIEVE_RETURN_IF_ERROR(call.Resolve(threads));
+  EGOSIEVE_RETURN_IF_ERROR(call.Resolve());
   SegmentSettings& settings = call.settings;
   EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, call.OpenInput());
   if (input.is_live) settings.segmenter.ahead_frames = 0;

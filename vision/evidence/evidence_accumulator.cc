@@ -4,8 +4,6 @@
 #include <optional>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
-#include "kernels/base/status_macros.h"
 #include "vision/evidence/evidence_measurement.h"
 #include "vision/evidence/photometric_support.h"
 
@@ -27,41 +25,6 @@ std::optional<PhotometricSupport> PicturesOf(const EvidenceFrame& frame) {
   }
   return PhotometricSupport(frame.grey_before, frame.grey, befores, nows,
                             frame.world ? frame.world->LineDeviationPixels() : 0.0);
-}
-
-absl::Status CheckFrame(const EvidenceFrame& frame, int64_t last_index) {
-  if (frame.index < 0 || frame.index <= last_index) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("frame ", frame.index, " after frame ", last_index, "; indices must grow"));
-  }
-  if (frame.size.width < 1 || frame.size.height < 1) {
-    return absl::InvalidArgumentError(absl::StrCat("image size is ", frame.size.width, " x ",
-                                                   frame.size.height, "; it must be positive"));
-  }
-  for (const cv::Mat& grey : {frame.grey, frame.grey_before}) {
-    if (!grey.empty() && (grey.type() != CV_8UC1 || grey.size() != frame.size)) {
-      return absl::InvalidArgumentError("the image must be 8-bit grey and of the size given");
-    }
-  }
-  return absl::OkStatus();
-}
-
-// Indices of the points with a track id, by increasing id.
-absl::StatusOr<std::vector<int64_t>> ByTrack(const std::vector<EvidencePoint>& points) {
-  std::vector<int64_t> order;
-  order.reserve(points.size());
-  for (size_t i = 0; i < points.size(); ++i) {
-    if (points[i].track_id >= 0) order.push_back(i);
-  }
-  const auto id = [&](int64_t i) { return points[i].track_id; };
-  std::sort(order.begin(), order.end(), [&](int64_t a, int64_t b) { return id(a) < id(b); });
-  for (size_t k = 1; k < order.size(); ++k) {
-    if (id(order[k]) == id(order[k - 1])) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("track ", id(order[k]), " is given for two points"));
-    }
-  }
-  return order;
 }
 
 // The term that contributes most to the sum in the sum's direction.
@@ -125,9 +88,7 @@ void Fuse(const EvidenceFrame& frame, EvidenceState& next, EvidenceResult& resul
 
 }  // namespace
 
-absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& frame) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckFrame(frame, state_.last_index));
-  EGOSIEVE_RETURN_IF_ERROR(ByTrack(frame.points).status());
+EvidenceResult EvidenceAccumulator::Add(const EvidenceFrame& frame) {
   EvidenceState next = state_;
   if (next.size != frame.size) {
     next = {};

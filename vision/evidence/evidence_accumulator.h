@@ -21,7 +21,6 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "vision/evidence/fusion.h"
 #include "vision/evidence/guided_match.h"
 #include "vision/geometry/pinhole.h"
@@ -81,7 +80,6 @@ struct EvidenceResult {
   std::vector<PointEvidence> points;  // one per point
   std::vector<GuidedPlace> standing;  // those of `unfollowed` that are static road
   double standing_probability = 0.0;  // of being dynamic, for each place of `standing`
-  bool road = false;                  // the ground is known
   double mover_share = 0.0;           // pi
 };
 
@@ -98,10 +96,8 @@ struct EvidenceState {
 
 class EvidenceAccumulator {
  public:
-  // InvalidArgument for an index that does not grow, a gap below 1, an empty size, an image that is
-  // not grey or of another size, or a track id given twice; the state is unchanged then. A size
-  // other than the last frame's resets the state.
-  absl::StatusOr<EvidenceResult> Add(const EvidenceFrame& frame);
+  // Each track id may be given once. A size other than the last frame's resets the state.
+  EvidenceResult Add(const EvidenceFrame& frame);
 
   // For a cut in the video: drops tracks; keeps the share of movers.
   void Interrupt();

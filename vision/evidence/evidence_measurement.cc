@@ -69,7 +69,7 @@ RoadEvidence EvidenceOf(const RoadView& view) {
     guided = MatchRoad(road, view.camera, view.pose, view.before, view.now,
                        view.pictures->noise_levels(), view.unfollowed);
     Append(guided, view, pairs, depths);
-    CompareWithRoad(road, RoadComparison(view.camera, view.pose, *view.pictures), pairs, depths);
+    CompareWithRoad(road, view.camera, view.pose, *view.pictures, pairs, depths);
   }
   std::vector<cv::Point2f> places;
   for (const PointPair& pair : pairs) {
@@ -189,7 +189,6 @@ void MeasureRoad(const EvidenceFrame& frame, const PhotometricSupport* pictures,
   view.unfollowed = frame.unfollowed;
   view.level = *level;
   RoadEvidence evidence = EvidenceOf(view);
-  result.road = true;
   for (size_t k = 0; k < owners.size(); ++k) {
     PointEvidence& point = result.points[owners[k]];
     point.log_ratio[static_cast<int>(EvidenceTerm::kRoad)] = evidence.log_ratios[k];

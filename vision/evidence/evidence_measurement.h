@@ -20,7 +20,7 @@ std::vector<CalibratedPair> PairsOfViews(const EvidenceFrame& frame);
 void MeasurePairs(const EvidenceFrame& frame, const PhotometricSupport* pictures,
                   const std::vector<CalibratedPair>& views, EvidenceResult& result);
 
-// Sets `road`, `standing` and the road term of `result` where the ground is known.
+// Sets `standing` and the road term of `result` where the ground is known.
 void MeasureRoad(const EvidenceFrame& frame, const PhotometricSupport* pictures,
                  EvidenceResult& result);
 

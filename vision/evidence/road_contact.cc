@@ -95,25 +95,17 @@ std::optional<cv::Point2f> PlaceOfRoadBefore(const RoadPlane& road, const Pinhol
 
 }  // namespace
 
-RoadComparison::RoadComparison(const Pinhole& camera, const RelativePose& pose,
-                               const PhotometricSupport& pictures)
-    : camera_(camera), back_(Inverse(pose)), reversed_(pictures.Reversed()) {}
-
-std::optional<double> RoadComparison::AgainstRoad(const RoadPlane& road,
-                                                  const PointPair& pair) const {
-  const cv::Point2f now(static_cast<float>(pair.x2), static_cast<float>(pair.y2));
-  const cv::Point2f before(static_cast<float>(pair.x1), static_cast<float>(pair.y1));
-  const std::optional<cv::Point2f> as_road = PlaceOfRoadBefore(road, camera_, back_, now);
-  if (!as_road) return std::nullopt;
-  return reversed_.LogRatio(now, before, *as_road).value_or(0.0);
-}
-
-void CompareWithRoad(const RoadPlane& road, const RoadComparison& comparison,
-                     const std::vector<PointPair>& pairs, std::vector<InverseDepth>& points) {
+void CompareWithRoad(const RoadPlane& road, const Pinhole& camera, const RelativePose& pose,
+                     const PhotometricSupport& pictures, const std::vector<PointPair>& pairs,
+                     std::vector<InverseDepth>& points) {
+  const RelativePose back = Inverse(pose);
+  const PhotometricSupport reversed = pictures.Reversed();
   ForEachPoint(points.size(), [&](size_t i) {
     if (!points[i].valid) return;
-    const std::optional<double> against_road = comparison.AgainstRoad(road, pairs[i]);
-    if (against_road) points[i].against_road = *against_road;
+    const cv::Point2f now(static_cast<float>(pairs[i].x2), static_cast<float>(pairs[i].y2));
+    const cv::Point2f before(static_cast<float>(pairs[i].x1), static_cast<float>(pairs[i].y1));
+    const std::optional<cv::Point2f> as_road = PlaceOfRoadBefore(road, camera, back, now);
+    if (as_road) points[i].against_road = reversed.LogRatio(now, before, *as_road).value_or(0.0);
   });
 }
 

@@ -26,7 +26,6 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <optional>
 #include <vector>
 
 #include "vision/evidence/ground_contact.h"
@@ -38,25 +37,12 @@
 
 namespace egosieve::vision {
 
-// Log-likelihood ratios from grey levels of the positions of a pair against those of a point on the
-// road (S1), signed; nullopt above the horizon, 0 where a patch leaves its picture. camera, pose:
-// as for InverseDepths.
-class RoadComparison {
- public:
-  RoadComparison(const Pinhole& camera, const RelativePose& pose,
-                 const PhotometricSupport& pictures);
-
-  std::optional<double> AgainstRoad(const RoadPlane& road, const PointPair& pair) const;
-
- private:
-  Pinhole camera_;
-  RelativePose back_;
-  PhotometricSupport reversed_;
-};
-
-// Sets against_road of the points below the horizon. points: one per pair.
-void CompareWithRoad(const RoadPlane& road, const RoadComparison& comparison,
-                     const std::vector<PointPair>& pairs, std::vector<InverseDepth>& points);
+// Sets against_road of the points below the horizon: log-likelihood ratios from grey levels of the
+// positions of a pair against those of a point on the road (S1), signed, 0 where a patch leaves its
+// picture. camera, pose: as for InverseDepths; points: one per pair.
+void CompareWithRoad(const RoadPlane& road, const Pinhole& camera, const RelativePose& pose,
+                     const PhotometricSupport& pictures, const std::vector<PointPair>& pairs,
+                     std::vector<InverseDepth>& points);
 
 // Log-likelihood ratio by (R3) and the ground contact, not negative, one per point. places: of the
 // points in the image. pictures: null: contacts are found from depths alone.

@@ -1,7 +1,7 @@
 // The road as a plane in inverse depth.
 //
-// Between two views every point has a measured inverse depth r (epipolar_line.h; base: the current
-// frame, units of 1/|t|). For points of a plane n.X = h it is linear in the ray A = K^-1 x:
+// Between two views every point has a measured inverse depth r (base: the current frame, units
+// of 1/|t|). For points of a plane n.X = h it is linear in the ray A = K^-1 x:
 //
 //   r = m.A,   m = n |t| / h                                                                 (R1)
 //

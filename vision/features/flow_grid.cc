@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
-#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "vision/features/inverse_search.h"
 #include "vision/frame/ignored_area.h"
@@ -20,6 +19,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int kMinimumSide = 16;
+constexpr double kErrorFloor = 1.0, kErrorSlope = 0.02;   // the former in pixels
+constexpr double kAgreement = 0.5, kContradiction = 0.2;  // of correlations
 
 InverseSearchOptions SearchOptionsOf(FlowQuality quality) {
   switch (quality) {
@@ -101,18 +102,6 @@ struct Node {
 
 }  // namespace
 
-absl::Status FlowGridOptions::Validate() const {
-  return kernels::CheckOptions({
-      {"stride_pixels", stride_pixels, stride_pixels >= 1, "be positive"},
-      {"error_floor", error_floor, kernels::IsPositive(error_floor), "be positive"},
-      {"error_slope", error_slope, kernels::IsNotNegative(error_slope), "not be negative"},
-      {"texture_levels", texture_levels, kernels::IsNotNegative(texture_levels), "not be negative"},
-      {"agreement", agreement, agreement >= -1 && agreement <= 1, "be from -1 to 1"},
-      {"contradiction", contradiction, contradiction >= -1 && contradiction <= agreement,
-       absl::StrCat("be from -1 to agreement, ", agreement)},
-  });
-}
-
 absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second,
                                      FlowQuality quality) {
   if (first.size() != second.size() || first.type() != CV_8UC1 || second.type() != CV_8UC1) {
@@ -146,14 +135,13 @@ bool IsLargeEnoughForFlow(cv::Size size) {
   return size.width >= kMinimumSide && size.height >= kMinimumSide;
 }
 
-std::optional<cv::Point2f> FollowFlow(const cv::Mat& there, const cv::Mat& back, cv::Point2f from,
-                                      const FlowGridOptions& options) {
+std::optional<cv::Point2f> FollowFlow(const cv::Mat& there, const cv::Mat& back, cv::Point2f from) {
   const cv::Point2f f = SampleField(there, from);
   const cv::Point2f moved = from + f;
   if (!IsInside(moved.x, moved.y, there.size())) return std::nullopt;
   const cv::Point2f b = SampleField(back, moved);
-  const bool returns = std::hypot(f.x + b.x, f.y + b.y) <
-                       options.error_floor + options.error_slope * std::hypot(f.x, f.y);
+  const bool returns =
+      std::hypot(f.x + b.x, f.y + b.y) < kErrorFloor + kErrorSlope * std::hypot(f.x, f.y);
   return returns ? std::optional(moved) : std::nullopt;
 }
 
@@ -168,10 +156,10 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
   const auto node_at = [&](int x, int y) {
     Node node{cv::Point2f(static_cast<float>(x), static_cast<float>(y))};
     const PatchComparison::Result patch = patches.At(x, y);
-    node.textured = patch.deviation >= options.texture_levels;
-    const bool contradicts = node.textured && !(patch.correlation >= options.contradiction);
-    if (!contradicts) node.there = FollowFlow(there, back, node.place, options);
-    node.agrees = node.textured && node.there && patch.correlation >= options.agreement;
+    node.textured = patch.deviation >= kTextureLevels;
+    const bool contradicts = node.textured && !(patch.correlation >= kContradiction);
+    if (!contradicts) node.there = FollowFlow(there, back, node.place);
+    node.agrees = node.textured && node.there && patch.correlation >= kAgreement;
     return node;
   };
   std::vector<std::vector<Node>> rows(NodesOf(there.size(), stride).height);
@@ -182,7 +170,6 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
     }
   });
   TrackedGrid grid;
-  std::vector<Node> nodes;  // with a position in the other picture, or textured
   for (const std::vector<Node>& row : rows) {
     grid.point_count += static_cast<int64_t>(row.size());
     for (const Node& node : row) {
@@ -192,13 +179,10 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
         grid.textured.push_back(node.place);
         grid.agrees.push_back(node.agrees ? 1 : 0);
       }
-      if (node.textured || node.there) nodes.push_back(node);
+      if (!node.there) continue;
+      grid.pairs.push_back(PairOf(node.place, *node.there, anchor_second));
+      grid.is_textured.push_back(node.textured ? 1 : 0);
     }
-  }
-  for (const Node& node : nodes) {
-    if (!node.there) continue;
-    grid.pairs.push_back(PairOf(node.place, *node.there, anchor_second));
-    grid.is_textured.push_back(node.textured ? 1 : 0);
   }
   return grid;
 }

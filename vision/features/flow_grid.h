@@ -2,16 +2,16 @@
 //
 //   f = flow from first to second, b = flow from second to first
 //   x2 = x1 + f(x1),   e(x1) = | f(x1) + b(x2) |                     forward-backward error
-//   kept where e < error_floor + error_slope |f(x1)| and x2 lies in the image
+//   kept where e < kErrorFloor + kErrorSlope |f(x1)| and x2 lies in the image
 //
 // Flow is smooth and dense. It gives a displacement, consistent in both directions, even for a
 // blank wall. So for each point the pictures are compared as well. With P the patch of 7 x 7 pixels
 // around it and Q the patch of the other picture, sampled along the flow,
 //
-//   textured   std P >= texture_levels
-//   agrees     sum (P - mean P)(Q - mean Q) >= agreement |P - mean P| |Q - mean Q|
+//   textured   std P >= kTextureLevels
+//   agrees     sum (P - mean P)(Q - mean Q) >= kAgreement |P - mean P| |Q - mean Q|
 //
-// Textured points whose correlation is below `contradiction` are dropped. Points without texture
+// Textured points whose correlation is below kContradiction are dropped. Points without texture
 // are kept and marked, since the flow around them may well be theirs. Lost textured points are
 // searched for (flow_growth.h) if that is requested.
 //
@@ -23,7 +23,6 @@
 #include <optional>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "vision/geometry/point_pair.h"
 
@@ -34,19 +33,14 @@ namespace egosieve::vision {
 enum class FlowQuality { kUltrafast, kFast, kMedium };
 
 struct FlowGridOptions {
-  int stride_pixels = 5;        // of the grid; positive
-  double error_floor = 1.0;     // pixels; positive
-  double error_slope = 0.02;    // >= 0
-  double texture_levels = 3.0;  // of 255; >= 0
-  double agreement = 0.5;       // [-1, 1]
-  double contradiction = 0.2;   // [-1, agreement]
+  int stride_pixels = 5;  // of the grid; positive
   FlowQuality quality = FlowQuality::kFast;
   bool searches_lost = false;  // apply flow_growth.h after ComputeFlow
   // Mask of the area without grid points, see ignored_area.h.
   cv::Mat1b ignored;
-
-  absl::Status Validate() const;
 };
+
+inline constexpr double kTextureLevels = 3.0;  // of 255
 
 struct FlowPair {
   cv::Mat forward;   // CV_32FC2, pixels, first to second
@@ -81,8 +75,7 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
 bool IsLargeEnoughForFlow(cv::Size size);
 
 // The position to which a flow moves `from`; nothing if it leaves the picture or does not return.
-std::optional<cv::Point2f> FollowFlow(const cv::Mat& there, const cv::Mat& back, cv::Point2f from,
-                                      const FlowGridOptions& options);
+std::optional<cv::Point2f> FollowFlow(const cv::Mat& there, const cv::Mat& back, cv::Point2f from);
 
 // Bilinear sample of a CV_32FC2 field, clamped at the border.
 cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at);

@@ -67,10 +67,10 @@ class Growth {
         place.at = PlaceOfNode({column, static_cast<int>(row)}, options_.stride_pixels);
         if (!from_.HoldsPatch(FlowPatchCorner(place.at))) continue;
         auto patch = std::make_unique<FlowPatch>(from_, FlowPatchCorner(place.at));
-        place.is_textured = patch->norm() >= options_.texture_levels * kFlowPatchSide;
+        place.is_textured = patch->norm() >= kTextureLevels * kFlowPatchSide;
         place.displacement = SampleField(there, place.at);
         place.correlation = CorrelationAt(*patch, place.at + place.displacement);
-        place.holds = FollowFlow(there, back, place.at, options_).has_value() &&
+        place.holds = FollowFlow(there, back, place.at).has_value() &&
                       (!place.is_textured || place.correlation >= kHolds);
         const bool is_settled = place.holds && place.correlation >= kSettled;
         if (place.is_textured && !is_settled) place.patch = std::move(patch);

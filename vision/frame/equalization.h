@@ -9,25 +9,15 @@
 
 #include <opencv2/core.hpp>
 
-#include "absl/status/status.h"
-
 namespace egosieve::vision {
 
 enum class Equalization { kNone, kGlobal, kClahe };
 
-struct EqualizationOptions {
-  Equalization method = Equalization::kNone;
-  double clahe_clip_limit = 2.0;  // of a tile's histogram, in units of its mean height; > 0
-  int clahe_tiles = 8;            // along each side of the image; 1 to 64
-
-  absl::Status Validate() const;
-};
-
 // image: CV_8UC1 or CV_8UC3 (B G R). Returns a new image of the same type, or the image itself for
-// kNone. `options` must be valid.
-cv::Mat EqualizeLuminance(const cv::Mat& image, const EqualizationOptions& options);
+// kNone.
+cv::Mat EqualizeLuminance(const cv::Mat& image, Equalization method);
 
 // The equalised luminance, CV_8UC1, of a CV_8UC3 image.
-cv::Mat EqualizedGrey(const cv::Mat& image, const EqualizationOptions& options);
+cv::Mat EqualizedGrey(const cv::Mat& image, Equalization method);
 
 }  // namespace egosieve::vision

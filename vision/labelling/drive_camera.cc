@@ -1,7 +1,6 @@
 #include "vision/labelling/drive_camera.h"
 
 #include <algorithm>
-#include <iterator>
 #include <opencv2/core.hpp>
 #include <utility>
 #include <vector>
@@ -30,41 +29,21 @@ double TimesAsLong(const std::vector<PicturePair>& pairs, size_t k) {
   return std::max(1.0, (pairs[k + 1].seconds() - pairs[k].seconds()) / length);
 }
 
-// A pair with enough links in the part of the image that is not fixed.
-struct WorldPair {
-  const PicturePair* pair = nullptr;
-  std::vector<PointPair> links;  // without places that are fixed in the image
-  TwoViewMotion motion;
-  double times_as_long = 1.0;  // TimesAsLong
-  size_t picture = 0;          // of the pair, among the drive's
-};
-
-std::vector<WorldPair> PairsOfTheWorld(const DrivePictures& drive, const FixedPlaces& fixed,
+// The pairs with enough links in the part of the image that is not fixed.
+std::vector<PairWorld> PairsOfTheWorld(const DrivePictures& drive, const FixedPlaces& fixed,
                                        const Pinhole& camera) {
-  std::vector<WorldPair> found;
+  std::vector<PairWorld> found;
   for (size_t k = 0; k < drive.pairs.size(); ++k) {
-    WorldPair world;
-    world.pair = &drive.pairs[k];
-    world.picture = k;
-    std::copy_if(world.pair->links.begin(), world.pair->links.end(),
-                 std::back_inserter(world.links), [&](const PointPair& p) {
-                   return !fixed.IsFixedIn(k, p.x1, p.y1) && !fixed.IsFixedIn(k, p.x2, p.y2);
-                 });
-    if (static_cast<int64_t>(world.links.size()) < kFewestLinks) continue;
-    world.motion = EstimateTwoViewMotion(world.links, camera, {});
-    world.times_as_long = TimesAsLong(drive.pairs, k);
-    found.push_back(std::move(world));
+    std::vector<PointPair> links = drive.pairs[k].links;
+    std::erase_if(links, [&](const PointPair& p) {
+      return fixed.IsFixedIn(k, p.x1, p.y1) || fixed.IsFixedIn(k, p.x2, p.y2);
+    });
+    if (static_cast<int64_t>(links.size()) < kFewestLinks) continue;
+    const TwoViewMotion motion = EstimateTwoViewMotion(links, camera, {});
+    found.push_back(
+        {motion, TimesAsLong(drive.pairs, k), LeastGroundSlope(links, motion, camera), k});
   }
   return found;
-}
-
-std::vector<PairWorld> MotionsOf(const std::vector<WorldPair>& worlds, const Pinhole& camera) {
-  std::vector<PairWorld> pairs;
-  for (const WorldPair& world : worlds) {
-    pairs.push_back({world.motion, world.times_as_long,
-                     LeastGroundSlope(world.links, world.motion, camera), world.picture});
-  }
-  return pairs;
 }
 
 // The windows without tracks of places that are fixed in the image.
@@ -93,30 +72,23 @@ std::vector<cv::Mat1b> Reduced(const DrivePictures& drive, int which) {
 }
 
 // Adds what a camera that shakes on its mount sees of its vehicle and windscreen.
-void AddShaken(const DrivePictures& drive, const Pinhole& learnt, const OwnVehicleOptions& options,
-               DriveCamera& camera) {
-  const FixedPlaces places = FindFixedOnMount(Reduced(drive, 0), drive.size, options);
+void AddShaken(const DrivePictures& drive, const Pinhole& learnt, DriveCamera& camera) {
+  const FixedPlaces places = FindFixedOnMount(Reduced(drive, 0), drive.size);
   // Most of what is proven is of these; motions cost more than this look.
   if (places.kind.empty() || ShareOfLowest(places.kind == FixedPlaces::kFixed) < kLeastOfLowest) {
     return;
   }
-  const std::vector<PairWorld> pairs = MotionsOf(PairsOfTheWorld(drive, places, learnt), learnt);
-  const cv::Mat1b own = ProveOwnVehicle(places, pairs, learnt, options);
+  const std::vector<PairWorld> pairs = PairsOfTheWorld(drive, places, learnt);
+  const cv::Mat1b own = ProveOwnVehicle(places, pairs, learnt);
   if (ShareOfLowest(own) < kLeastOfLowest) return;
   Add(own, camera.own_vehicle);
-  Add(FindWindscreen(places, Reduced(drive, 1), pairs, learnt, options), camera.windscreen);
+  Add(FindWindscreen(places, Reduced(drive, 1), pairs, learnt), camera.windscreen);
 }
 
 }  // namespace
 
-absl::Status DriveCameraOptions::Validate() const {
-  EGOSIEVE_RETURN_IF_ERROR(pictures.Validate());
-  return own_vehicle.Validate();
-}
-
 absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
                                              const DriveCameraOptions& options) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   DrivePicturesOptions pictures_options = options.pictures;
   const bool is_given = options.focal_ratio > 0.0;
   if (is_given) pictures_options.windows = 0;
@@ -124,7 +96,7 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   DriveCamera camera;
   FixedPlaces fixed;
   if (options.finds_own_vehicle) {
-    fixed = FindFixedPlaces(Reduced(drive, 0), drive.size, options.own_vehicle);
+    fixed = FindFixedPlaces(Reduced(drive, 0), drive.size);
     camera.fixed_pattern = fixed.median;
   }
   if (is_given) {
@@ -144,9 +116,8 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   }
   if (drive.pairs.empty()) return camera;
   const Pinhole learnt = CameraOf(drive.size, camera.focal_ratio);
-  const std::vector<WorldPair> worlds = PairsOfTheWorld(drive, fixed, learnt);
-  camera.pair_count = static_cast<int>(worlds.size());
-  const std::vector<PairWorld> pairs = MotionsOf(worlds, learnt);
+  const std::vector<PairWorld> pairs = PairsOfTheWorld(drive, fixed, learnt);
+  camera.pair_count = static_cast<int>(pairs.size());
   std::vector<Eigen::Vector3d> directions;
   for (const PairWorld& pair : pairs) {
     const TwoViewMotion& motion = pair.motion;
@@ -154,13 +125,12 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
     directions.push_back(motion.rotation.transpose() * motion.translation);
   }
   camera.travel = FitTravelPrior(directions);
-  camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
+  camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt);
   if (camera.travel.IsOfVehicle()) {
     // Pairs that disagree with the direction are attributed to wrong estimates of motion.
     camera.travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
-    camera.windscreen =
-        FindWindscreen(fixed, Reduced(drive, 1), pairs, learnt, options.own_vehicle);
-    if (options.finds_own_vehicle) AddShaken(drive, learnt, options.own_vehicle, camera);
+    camera.windscreen = FindWindscreen(fixed, Reduced(drive, 1), pairs, learnt);
+    if (options.finds_own_vehicle) AddShaken(drive, learnt, camera);
   }
   if (options.pictures.lens != nullptr) {
     camera.own_vehicle = options.pictures.lens->DistortMask(camera.own_vehicle);

@@ -37,9 +37,6 @@ struct DriveCameraOptions {
   DrivePicturesOptions pictures;  // no windows are read if focal_ratio is given
   double focal_ratio = 0.0;       // as in DriveCamera, if known; 0: to be estimated
   bool finds_own_vehicle = true;
-  OwnVehicleOptions own_vehicle;
-
-  absl::Status Validate() const;
 };
 
 // Reads from `source`, whose next frame is undefined afterwards. Unreadable frames are skipped;

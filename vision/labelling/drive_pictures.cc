@@ -8,7 +8,6 @@
 #include <utility>
 #include <variant>
 
-#include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_grid.h"
 #include "vision/labelling/reduced_labels.h"
@@ -19,10 +18,12 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kPairSeconds = 0.08;    // least time between the two pictures of a pair
-constexpr int kLongestPair = 6;          // frames
-constexpr int kGridStride = 10;          // pixels
-constexpr int64_t kUnknownLength = 600;  // frames, if the source does not know its length
+constexpr int kMostPairs = 24;
+constexpr int64_t kLongestFrames = 3000;  // length of the part of the drive that is read
+constexpr double kPairSeconds = 0.08;     // least time between the two pictures of a pair
+constexpr int kLongestPair = 6;           // frames
+constexpr int kGridStride = 10;           // pixels
+constexpr int64_t kUnknownLength = 600;   // frames, if the source does not know its length
 
 // A readable frame.
 struct ReadPicture {
@@ -151,28 +152,18 @@ absl::StatusOr<ReadWindow> ReadWindowAt(PictureReader& reader, int64_t index, cv
 
 }  // namespace
 
-absl::Status DrivePicturesOptions::Validate() const {
-  if (pairs < 1 || windows < 0 || longest_frames < 1 || first_frame < 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("pairs is ", pairs, ", windows ", windows, ", longest_frames ", longest_frames,
-                     ", first_frame ", first_frame,
-                     "; pairs and longest_frames must be positive, the others not negative"));
-  }
-  return equalization.Validate();
-}
-
 absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
                                                 const DrivePicturesOptions& options) {
   const int64_t known = source.expected_frame_count() - options.first_frame;
-  const int64_t length = std::min(known > 0 ? known : kUnknownLength, options.longest_frames);
-  const int64_t step = std::max<int64_t>(length / options.pairs, 1);
+  const int64_t length = std::min(known > 0 ? known : kUnknownLength, kLongestFrames);
+  const int64_t step = std::max<int64_t>(length / kMostPairs, 1);
   const int64_t shared = length < 2 * TravelPrior::kFewestDirections ? 1 : 0;
   PictureReader reader(source, options);
   const cv::Mat1b ignored =
       options.lens != nullptr ? options.lens->CorrectMask(options.ignored) : options.ignored;
   DrivePictures drive;
   int64_t next_pair = options.first_frame, next_window = options.first_frame;
-  for (int k = 0; k < options.pairs; ++k) {
+  for (int k = 0; k < kMostPairs; ++k) {
     const int64_t index = options.first_frame + k * step;
     if (index < next_pair) continue;
     EGOSIEVE_RETURN_IF_ERROR(reader.Forget(index));

@@ -37,17 +37,13 @@ struct DrivePictures {
 };
 
 struct DrivePicturesOptions {
-  int pairs = 24;                 // at most; positive
-  int windows = kMostWindows;     // at most; not negative
-  int64_t first_frame = 0;        // of the drive in the input
-  int64_t longest_frames = 3000;  // length of the part of the drive that is read; positive
-  cv::Mat1b ignored;              // ignored_area.h: never part of the static scene
+  int windows = kMostWindows;  // at most; not negative
+  int64_t first_frame = 0;     // of the drive in the input
+  cv::Mat1b ignored;           // ignored_area.h: never part of the static scene
   // Not null: pictures are corrected, and all places are those of the corrected ones. `ignored` is
   // of the pictures as they are read.
   std::shared_ptr<const LensCorrection> lens;
-  EqualizationOptions equalization;
-
-  absl::Status Validate() const;
+  Equalization equalization = Equalization::kNone;
 };
 
 // Reads from `source`, forwards only. Unreadable frames are skipped; errors are the source's.

@@ -10,6 +10,7 @@
 namespace egosieve::vision {
 namespace {
 
+constexpr int kStride = FrameLabellerOptions::kFlowStridePixels;
 constexpr int kSupportRadius = 2;  // nodes
 constexpr double kSupportShare = 0.45;
 
@@ -30,18 +31,8 @@ bool IsSupported(const std::vector<uint8_t>& followed, cv::Size nodes, int n) {
 
 }  // namespace
 
-absl::StatusOr<EvidenceLabeller> EvidenceLabeller::Create(const FrameLabellerOptions& options) {
-  GridTrackerOptions grid_options;
-  grid_options.stride_pixels = options.flow_stride_pixels;
-  EGOSIEVE_ASSIGN_OR_RETURN(GridTracker grid, GridTracker::Create(grid_options));
-  return EvidenceLabeller(options, std::move(grid));
-}
-
-EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid)
-    : stride_pixels_(options.flow_stride_pixels),
-      ignored_(options.ignored),
-      windscreen_(options.windscreen),
-      grid_(std::move(grid)) {}
+EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options)
+    : ignored_(options.ignored), windscreen_(options.windscreen), grid_(kStride) {}
 
 void EvidenceLabeller::Begin(int64_t frame_index) {
   ++state_.picture;
@@ -51,36 +42,29 @@ void EvidenceLabeller::Begin(int64_t frame_index) {
   accumulator_.Interrupt();
 }
 
-absl::Status EvidenceLabeller::Advance(const ExtractedFrame& frame, const FramePairs& pairs) {
-  EGOSIEVE_RETURN_IF_ERROR(AdvanceGrid(frame.grey.size(), pairs));
+void EvidenceLabeller::Advance(const ExtractedFrame& frame, const FramePairs& pairs) {
+  AdvanceGrid(frame.grey.size(), pairs);
   ++state_.picture;
   state_.frame_indices.push_back(frame.frame.index);
   if (state_.frame_indices.size() > kTrackHistory) {
     state_.frame_indices.erase(state_.frame_indices.begin());
   }
-  return absl::OkStatus();
 }
 
-absl::Status EvidenceLabeller::AdvanceGrid(cv::Size size, const FramePairs& pairs) {
+void EvidenceLabeller::AdvanceGrid(cv::Size size, const FramePairs& pairs) {
   is_textured_.clear();
-  if (pairs.links.empty()) {
-    grid_.EndAll();
-    return absl::OkStatus();
-  }
+  if (pairs.links.empty()) return grid_.EndAll();
   // A tracker without links in the last picture starts in that picture.
   if (grid_.state().frame_index != state_.picture || grid_.tracks().empty()) {
     grid_.EndAll();
-    if (grid_.state().frame_index < state_.picture) {
-      EGOSIEVE_RETURN_IF_ERROR(grid_.Advance(state_.picture, size, {}));
-    }
+    if (grid_.state().frame_index < state_.picture) grid_.Advance(state_.picture, size, {});
   }
-  EGOSIEVE_RETURN_IF_ERROR(grid_.Advance(state_.picture + 1, size, pairs.links));
+  grid_.Advance(state_.picture + 1, size, pairs.links);
   is_textured_.assign(grid_.tracks().size(), 0);
   for (size_t i = 0; i < pairs.links.size(); ++i) {
-    is_textured_[NodeAt(pairs.links[i].x2, pairs.links[i].y2, grid_.state().nodes.width,
-                        stride_pixels_)] = pairs.link_is_textured[i];
+    is_textured_[NodeAt(pairs.links[i].x2, pairs.links[i].y2, grid_.state().nodes.width, kStride)] =
+        pairs.link_is_textured[i];
   }
-  return absl::OkStatus();
 }
 
 std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks& ahead) const {
@@ -107,7 +91,7 @@ std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks&
   for (int n = 0; n < nodes.area(); ++n) {
     const bool tracked = far_behind[n] != 0;
     TrackedPoint point;
-    point.evidence.now = PlaceOfNode(n, nodes.width, stride_pixels_);
+    point.evidence.now = PlaceOfNode(n, nodes.width, kStride);
     // The longer span if it can be followed, else the shorter one.
     if (holds(far_ahead, n)) {
       point.far_ahead = ahead.far[n];
@@ -151,18 +135,16 @@ std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap, cv::Size im
   for (const Track& track : grid_.tracks()) reached.push_back(track.Reaches(gap) ? 1 : 0);
   for (int n = 0; n < static_cast<int>(reached.size()); ++n) {
     if (reached[n] != 0 && IsSupported(reached, nodes, n)) continue;
-    const cv::Point2f place = PlaceOfNode(n, nodes.width, stride_pixels_);
+    const cv::Point2f place = PlaceOfNode(n, nodes.width, kStride);
     if (!IsIgnored(ignored_, image, place.x, place.y)) places.push_back(place);
   }
   return places;
 }
 
-absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(const ExtractedFrame* before,
-                                                       const ExtractedFrame& frame, int gap,
-                                                       const std::vector<TrackedPoint>& points,
-                                                       const TwoViewMotion* world,
-                                                       const Pinhole& camera,
-                                                       const std::vector<OtherView>& views) {
+EvidenceResult EvidenceLabeller::Judge(const ExtractedFrame* before, const ExtractedFrame& frame,
+                                       int gap, const std::vector<TrackedPoint>& points,
+                                       const TwoViewMotion* world, const Pinhole& camera,
+                                       const std::vector<OtherView>& views) {
   EvidenceFrame evidence;
   evidence.index = state_.picture;
   evidence.size = frame.grey.size();

@@ -14,16 +14,23 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "vision/evidence/evidence_accumulator.h"
 #include "vision/geometry/pinhole.h"
-#include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
-#include "vision/labelling/pair_builder.h"
+#include "vision/labelling/label_outcome.h"
 #include "vision/labelling/pair_motions.h"
 #include "vision/tracking/grid_tracker.h"
 
 namespace egosieve::vision {
+
+// Correspondences between two frames, from flow.
+struct FramePairs {
+  std::vector<PointPair> links;  // end in nodes of the flow grid, row by row
+  std::vector<uint8_t> link_is_textured;
+  PairCounts counts;
+  // Dense flow; its checks.
+  double features_milliseconds = 0.0, matching_milliseconds = 0.0;
+};
 
 struct EvidenceLabellerState {
   int64_t picture = -1;                // number of the last picture; -1: none
@@ -52,14 +59,14 @@ struct OtherView {
 
 class EvidenceLabeller {
  public:
-  static absl::StatusOr<EvidenceLabeller> Create(const FrameLabellerOptions& options);
+  explicit EvidenceLabeller(const FrameLabellerOptions& options);
 
   // For a picture without links from the one before: the first of the drive or after a cut.
   void Begin(int64_t frame_index);
   // For a frame that repeats the last picture.
   void Repeat(int64_t frame_index) { state_.frame_indices.back() = frame_index; }
   // Step 1. pairs: from the last picture to `frame`.
-  absl::Status Advance(const ExtractedFrame& frame, const FramePairs& pairs);
+  void Advance(const ExtractedFrame& frame, const FramePairs& pairs);
 
   // Frame index of the last picture; -1: none.
   int64_t last_frame_index() const {
@@ -78,21 +85,17 @@ class EvidenceLabeller {
   std::vector<cv::Point2f> UnfollowedPlaces(int gap, cv::Size image) const;
   // Step 4. `before`: the other frame of the pair, or null. `world`: the pair's motion, or null.
   // `views`: further pictures; those without a frame are skipped.
-  absl::StatusOr<EvidenceResult> Judge(const ExtractedFrame* before, const ExtractedFrame& frame,
-                                       int gap, const std::vector<TrackedPoint>& points,
-                                       const TwoViewMotion* world, const Pinhole& camera,
-                                       const std::vector<OtherView>& views);
+  EvidenceResult Judge(const ExtractedFrame* before, const ExtractedFrame& frame, int gap,
+                       const std::vector<TrackedPoint>& points, const TwoViewMotion* world,
+                       const Pinhole& camera, const std::vector<OtherView>& views);
 
   EvidenceLabellerState state() const;
   absl::Status Restore(EvidenceLabellerState state);
 
  private:
-  EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid);
-
   std::vector<TrackedPoint> GridPoints(int gap, const GridLinks& ahead) const;
-  absl::Status AdvanceGrid(cv::Size size, const FramePairs& pairs);
+  void AdvanceGrid(cv::Size size, const FramePairs& pairs);
 
-  int stride_pixels_;
   cv::Mat1b ignored_, windscreen_;
   GridTracker grid_;
   EvidenceAccumulator accumulator_;

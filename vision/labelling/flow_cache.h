@@ -11,7 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "vision/features/flow_grid.h"
-#include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/frame_labeller.h"
 
 namespace egosieve::vision {
 

@@ -61,7 +61,7 @@ struct FocalLearnerState {
 class FocalLearner {
  public:
   // ignored: ignored_area.h, of the size of the frames.
-  FocalLearner(const cv::Mat1b& ignored, const EqualizationOptions& equalization)
+  FocalLearner(const cv::Mat1b& ignored, Equalization equalization)
       : ignored_(ignored), equalization_(equalization) {}
 
   // Takes the next frame; indices grow. grey: its equalised picture of any size. Returns whether
@@ -90,7 +90,7 @@ class FocalLearner {
   bool Adjust();
 
   cv::Mat1b ignored_;
-  EqualizationOptions equalization_;
+  Equalization equalization_;
   FocalLearnerState state_;  // without start_seconds and under_way
   WindowTracks window_;
   bool lacks_picture_ = false;  // window_ does, since Restore()

@@ -46,7 +46,7 @@ struct FrameLabellerOptions {
   // between them.
   std::shared_ptr<const LensCorrection> lens;
   TravelPrior travel;  // the drive's direction of travel, if known (drive_camera.h)
-  EqualizationOptions equalization;
+  Equalization equalization = Equalization::kNone;
   // ignored_area.h: not used for the camera's motion, and labelled static.
   cv::Mat1b ignored;
   // own_vehicle/windscreen.h: matches in it are not used.
@@ -60,13 +60,10 @@ struct FrameLabellerOptions {
   int longest_side_pixels = 0;
   // Frames between the two of a pair; 1 to 100; 0: auto, not with the paper's front end.
   int frame_gap = 1;
-  int flow_stride_pixels = 5;  // of the flow grid; 1 to 100
   // kFast loses small, fast objects.
   FlowQuality flow_quality = FlowQuality::kMedium;
   bool searches_lost = true;  // flow_growth.h: finds small cars that cross
-  int minimum_matches = 30;   // with fewer, no labels are given; at least 8
   uint64_t seed = 1;
-  int threads = 2;  // 1 to 256
 
   // As in the paper.
   static FrameLabellerOptions Paper();
@@ -75,6 +72,8 @@ struct FrameLabellerOptions {
   // gap.
   int HistoryFrames() const { return frame_gap > 0 ? frame_gap : kLongestAutoGap; }
   static constexpr int kLongestAutoGap = 5;
+  static constexpr int kFlowStridePixels = 5;  // of the flow grid
+  static constexpr int kFewestMatches = 30;    // with fewer, no labels are given
 
   bool LearnsFocalRatio() const { return WantsCamera() && !(focal_ratio > 0.0); }
   // Whether the camera's motion is estimated by two_view_motion.h.
@@ -84,8 +83,13 @@ struct FrameLabellerOptions {
   absl::Status Validate() const;
 };
 
-// What is computed once from a frame; shared and immutable.
-struct ExtractedFrame;
+// What is computed once from a single frame. Shared by pointer and immutable to its users. A labeller
+// may derive what else it needs.
+struct ExtractedFrame {
+  Frame frame;
+  cv::Mat grey;  // CV_8UC1, equalised
+  double equalization_milliseconds = 0.0;
+};
 
 class FrameLabeller {
  public:

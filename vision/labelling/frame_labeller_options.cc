@@ -9,12 +9,11 @@ namespace egosieve::vision {
 FrameLabellerOptions FrameLabellerOptions::Paper() {
   FrameLabellerOptions options;
   options.is_paper = true;
-  options.equalization.method = Equalization::kGlobal;
+  options.equalization = Equalization::kGlobal;
   return options;
 }
 
 absl::Status FrameLabellerOptions::Validate() const {
-  EGOSIEVE_RETURN_IF_ERROR(equalization.Validate());
   EGOSIEVE_RETURN_IF_ERROR(kernels::CheckOptions({
       {"longest_side_pixels", longest_side_pixels,
        longest_side_pixels == 0 || longest_side_pixels >= 64, "be at least 64, or 0"},
@@ -24,12 +23,7 @@ absl::Status FrameLabellerOptions::Validate() const {
   if (is_paper && frame_gap == 0) {
     return absl::InvalidArgumentError("the paper's front end needs a frame_gap of at least 1");
   }
-  return kernels::CheckOptions({
-      {"flow_stride_pixels", flow_stride_pixels,
-       flow_stride_pixels >= 1 && flow_stride_pixels <= 100, "be from 1 to 100"},
-      {"minimum_matches", minimum_matches, minimum_matches >= 8, "be at least 8"},
-      {"threads", threads, threads >= 1 && threads <= 256, "be from 1 to 256"},
-  });
+  return absl::OkStatus();
 }
 
 absl::StatusOr<LabelledFrame> FrameLabeller::Process(const Frame& frame) {

@@ -10,6 +10,9 @@
 // The gap stays as it is while wanted / p moves by less than `margin` beyond it.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 namespace egosieve::vision {
 
 struct GapState {
@@ -19,6 +22,18 @@ struct GapState {
 };
 
 // parallax_pixels: of a pair whose frame gap is `gap`.
-void ObserveParallax(double parallax_pixels, int gap, int longest, GapState& state);
+inline void ObserveParallax(double parallax_pixels, int gap, int longest, GapState& state) {
+  constexpr double kWantedPixels = 3.0, kFloorPixels = 0.01;
+  constexpr double kWeight = 0.3;  // w
+  constexpr double kMargin = 0.25;
+  if (!(parallax_pixels >= 0.0) || std::isinf(parallax_pixels) || gap < 1) return;
+  const double observed = std::log(std::max(parallax_pixels / gap, kFloorPixels));
+  state.log_parallax =
+      state.has_parallax ? (1.0 - kWeight) * state.log_parallax + kWeight * observed : observed;
+  state.has_parallax = true;
+  const double wanted = kWantedPixels / std::exp(state.log_parallax);
+  if (wanted > state.gap - 1 - kMargin && wanted <= state.gap + kMargin) return;
+  state.gap = std::clamp(static_cast<int>(std::ceil(wanted)), 1, longest);
+}
 
 }  // namespace egosieve::vision

@@ -79,7 +79,7 @@ LabelledFrame BeginLabels(const ExtractedFrame& frame) {
   LabelledFrame result;
   result.frame_index = frame.frame.index;
   result.labelled = frame.frame;
-  result.times.equalization_milliseconds = frame.equalization_milliseconds;
+  result.milliseconds.equalization = frame.equalization_milliseconds;
   return result;
 }
 
@@ -106,15 +106,16 @@ bool IsRepeated(const ExtractedFrame& last, const ExtractedFrame& frame, Labelle
   return true;
 }
 
-bool IsEnough(const PairCounts& counts, int minimum_matches, LabelledFrame& result) {
+bool IsEnough(const PairCounts& counts, LabelledFrame& result) {
+  constexpr int kFewest = FrameLabellerOptions::kFewestMatches;
   result.feature_count = counts.features;
   result.match_count = counts.labelled;
-  if (result.feature_count < minimum_matches) {
+  if (result.feature_count < kFewest) {
     SetOutcome(LabelOutcome::kTooFewFeatures,
                absl::StrCat("only ", result.feature_count, " features: no texture"), result);
     return false;
   }
-  const bool enough = counts.matches >= minimum_matches;
+  const bool enough = counts.matches >= kFewest;
   if (enough && counts.scene.IsOneScene()) return true;
   const SceneAgreement::Areas areas = counts.scene.CountAreas();
   SetOutcome(LabelOutcome::kTooFewMatches,

@@ -9,7 +9,6 @@
 #include "absl/status/status.h"
 #include "vision/geometry/motion_model.h"
 #include "vision/geometry/pinhole.h"
-#include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/matching/scene_agreement.h"
@@ -48,7 +47,7 @@ void SetNoPair(int frame_gap, LabelledFrame& result);
 bool HasOtherSize(const ExtractedFrame& last, const ExtractedFrame& frame, LabelledFrame& result);
 bool IsRepeated(const ExtractedFrame& last, const ExtractedFrame& frame, LabelledFrame& result);
 // Whether there are enough correspondences of one scene; else sets the outcome.
-bool IsEnough(const PairCounts& counts, int minimum_matches, LabelledFrame& result);
+bool IsEnough(const PairCounts& counts, LabelledFrame& result);
 
 // The outcome, too, if the model is not trusted.
 void RecordMotion(const MotionModel& model, LabelledFrame& result);

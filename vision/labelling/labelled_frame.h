@@ -9,7 +9,7 @@
 #include "kernels/base/matrix_view.h"
 #include "vision/evidence/fusion.h"
 #include "vision/frame/frame.h"
-#include "vision/geometry/motion_model_kind.h"
+#include "vision/geometry/motion_model.h"
 #include "vision/trajectory/camera_step.h"
 
 namespace egosieve::vision {
@@ -26,12 +26,22 @@ enum class LabelOutcome {
 
 const char* Name(LabelOutcome outcome);
 
-struct LabellingTimes {
-  double equalization_milliseconds = 0.0;
-  double features_milliseconds = 0.0;
-  double matching_milliseconds = 0.0;
-  double geometry_milliseconds = 0.0;
-  double labelling_milliseconds = 0.0;
+struct StageMilliseconds {
+  double equalization = 0.0;
+  double features = 0.0;
+  double matching = 0.0;
+  double geometry = 0.0;
+  double labelling = 0.0;
+  double selection = 0.0;    // filters, their predictions, adding to and removing from the model
+  double training = 0.0;     // hyperparameters, and rebuilding the factor
+  double calibration = 0.0;  // leave-one-out, a and b
+  double posterior = 0.0;    // making the dense posterior of the model
+  double inference = 0.0;    // descriptors and posterior on the grid
+
+  double total() const {
+    return equalization + features + matching + geometry + labelling + selection + training +
+           calibration + posterior + inference;
+  }
 };
 
 // N labelled places. If outcome is not kLabelled, N = 0 and `reason` gives the reason in a
@@ -62,9 +72,9 @@ struct LabelledFrame {
   // Why the labels are not reliable: the camera's motion is unknown, or most of the image does not
   // agree with it. Empty: they are reliable.
   std::string doubt;
-  double static_share = 1.0;  // of the places that a calibrated motion was estimated from
-  CameraStep step;            // from the frame before; known where the motion is calibrated
-  LabellingTimes times;
+  double static_share = 1.0;       // of the places that a calibrated motion was estimated from
+  CameraStep step;                 // from the frame before; known where the motion is calibrated
+  StageMilliseconds milliseconds;  // of the labelling
 
   int64_t size() const { return static_cast<int64_t>(probability.size()); }
   kernels::ConstMatrixView<double> positions_view() const {

@@ -8,7 +8,7 @@
 #include "absl/status/statusor.h"
 #include "vision/geometry/motion_model.h"
 #include "vision/geometry/pinhole.h"
-#include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/pair_motions.h"
 #include "vision/trajectory/two_view_motion.h"
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "kernels/base/status_macros.h"
@@ -18,6 +20,26 @@ constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
 bool IsKnown(cv::Point2f place) { return std::isfinite(place.x); }
 
 }  // namespace
+
+PatternPlaces::PatternPlaces(const FixedPattern* pattern, const cv::Mat& grey) {
+  if (pattern == nullptr) return;
+  cv::Mat1b reduced = ReducedPicture(grey);
+  // A picture reduced twice may differ by a row from one reduced once.
+  const cv::Size off = reduced.size() - pattern->size();
+  if (std::max(std::abs(off.width), std::abs(off.height)) > 1) return;
+  if (reduced.size() != pattern->size()) {
+    cv::resize(reduced, reduced, pattern->size(), 0.0, 0.0, cv::INTER_AREA);
+  }
+  agreeing_ = pattern->Agreeing(SmoothPicture(reduced));
+  scale_ = static_cast<double>(reduced.cols) / grey.cols;
+}
+
+bool PatternPlaces::Contain(cv::Point2f place) const {
+  if (agreeing_.empty()) return false;
+  const int column = std::clamp(cvRound((place.x + 0.5) * scale_ - 0.5), 0, agreeing_.cols - 1);
+  const int row = std::clamp(cvRound((place.y + 0.5) * scale_ - 0.5), 0, agreeing_.rows - 1);
+  return agreeing_(row, column) != 0;
+}
 
 const PatternPlaces& PairMotions::FixedIn(const ExtractedFrame& picture) {
   const auto [places, is_new] = fixed_.try_emplace(picture.frame.index);
@@ -61,7 +83,7 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
     int64_t far = 0;
     for (size_t n = 0; n < places.size(); ++n) {
       if (!IsKnown(places[n])) continue;
-      places[n] = FollowFlow(next->forward, next->backward, places[n], options_)
+      places[n] = FollowFlow(next->forward, next->backward, places[n])
                       .value_or(cv::Point2f(kNowhere, kNowhere));
       far += links.is_textured[n] != 0 && IsKnown(places[n]);
     }

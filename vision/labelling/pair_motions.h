@@ -27,9 +27,8 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "vision/features/flow_grid.h"
-#include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/flow_cache.h"
-#include "vision/labelling/pattern_places.h"
+#include "vision/labelling/frame_labeller.h"
 #include "vision/own_vehicle/fixed_pattern.h"
 #include "vision/trajectory/two_view_motion.h"
 
@@ -37,6 +36,24 @@ namespace egosieve::vision {
 
 // As in tools/run_folder/baselines.h, where pairs of pictures that follow each other are judged.
 inline constexpr double kFollowsFar = 0.7;
+
+// Places of a picture that agree with the drive's fixed pattern
+// (vision/own_vehicle/fixed_pattern.h): reflections, dirt on the windscreen, and parts of the own
+// vehicle that were not found as such.
+class PatternPlaces {
+ public:
+  PatternPlaces() = default;  // none
+  // pattern: null if not known. grey: if it is not of the drive's size, no place agrees.
+  PatternPlaces(const FixedPattern* pattern, const cv::Mat& grey);
+
+  bool empty() const { return agreeing_.empty(); }
+  // place: in `grey`, pixels.
+  bool Contain(cv::Point2f place) const;
+
+ private:
+  cv::Mat1b agreeing_;  // of the reduced picture
+  double scale_ = 1.0;  // reduced over given
+};
 
 // Places of a picture's grid nodes in two later pictures; NaN where flow failed. Empty if no
 // pictures were given or they are too small for flow.

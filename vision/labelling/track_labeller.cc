@@ -133,7 +133,7 @@ absl::StatusOr<LabelledFrame> TrackLabeller::Label(std::shared_ptr<const Extract
   }
   Stopwatch watch;
   LearnCamera(*frame, outcome);
-  result.times.geometry_milliseconds += watch.LapMilliseconds();
+  result.milliseconds.geometry += watch.LapMilliseconds();
   if (result.doubt.empty()) result.doubt = DoubtOf(result);
   ToPixelsOfFrame(*frame, options_.lens.get(), result);
   const int64_t index = frame->frame.index;
@@ -149,11 +149,9 @@ absl::StatusOr<std::unique_ptr<FrameLabeller>> TrackLabeller::Create(
   if (options.lens != nullptr) reduced.ignored = options.lens->CorrectMask(options.ignored);
   reduced.ignored = ReduceMask(reduced.ignored, options.longest_side_pixels);
   reduced.windscreen = ReduceMask(options.windscreen, options.longest_side_pixels);
-  EGOSIEVE_ASSIGN_OR_RETURN(EvidenceLabeller evidence, EvidenceLabeller::Create(reduced));
   std::optional<FocalLearner> focal;
   if (options.LearnsFocalRatio()) focal.emplace(options.ignored, options.equalization);
-  return std::unique_ptr<FrameLabeller>(
-      new TrackLabeller(reduced, std::move(evidence), std::move(focal)));
+  return std::unique_ptr<FrameLabeller>(new TrackLabeller(reduced, std::move(focal)));
 }
 
 }  // namespace egosieve::vision

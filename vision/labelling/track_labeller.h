@@ -23,13 +23,11 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "vision/labelling/evidence_labeller.h"
-#include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/focal_learner.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/mover_memory.h"
 #include "vision/labelling/outlook.h"
-#include "vision/labelling/pair_builder.h"
 #include "vision/labelling/pair_motions.h"
 #include "vision/own_vehicle/fixed_pattern.h"
 #include "vision/trajectory/ground_search.h"
@@ -37,6 +35,15 @@
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
+
+inline FlowGridOptions GridOptionsOf(const FrameLabellerOptions& options) {
+  FlowGridOptions grid;
+  grid.stride_pixels = FrameLabellerOptions::kFlowStridePixels;
+  grid.quality = options.flow_quality;
+  grid.searches_lost = options.searches_lost;
+  grid.ignored = options.ignored;
+  return grid;
+}
 
 inline TwoViewMotionOptions MotionOptionsOf(const TravelPrior& travel) {
   TwoViewMotionOptions motion;
@@ -52,7 +59,7 @@ inline std::shared_ptr<const FixedPattern> PatternOf(const FrameLabellerOptions&
   if (options.fixed_pattern.empty() || !options.travel.IsOfVehicle()) return nullptr;
   cv::Mat1f median;
   options.fixed_pattern.convertTo(median, CV_32F);
-  return std::make_shared<FixedPattern>(median, FixedPatternOptions());
+  return std::make_shared<FixedPattern>(median);
 }
 
 // Of a focal length that is not known yet. One that is too long hardly changes which places fit: the
@@ -78,13 +85,12 @@ class TrackLabeller : public FrameLabeller {
   using Pictures = std::vector<std::shared_ptr<const ExtractedFrame>>;
 
   // focal: absent where the focal length is not learnt here.
-  TrackLabeller(const FrameLabellerOptions& options, EvidenceLabeller evidence,
-                std::optional<FocalLearner> focal)
+  TrackLabeller(const FrameLabellerOptions& options, std::optional<FocalLearner> focal)
       : options_(options),
         pattern_(PatternOf(options)),
-        movers_(options.flow_stride_pixels),
+        movers_(FrameLabellerOptions::kFlowStridePixels),
         pair_motions_(GridOptionsOf(options), MotionOptionsOf(options.travel), pattern_),
-        evidence_(std::move(evidence)),
+        evidence_(options),
         focal_(std::move(focal)) {}
 
   // How a frame is seen beside its own pair.
@@ -128,10 +134,10 @@ class TrackLabeller : public FrameLabeller {
   MotionModel MotionOfTracks(const std::vector<TrackedPoint>& points, const ExtractedFrame& frame,
                              const MovedNodes& moved, TwoViewMotion& world, LabelledFrame& result);
   absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
-                                    absl::Span<const float> moved, LabellingTimes& times);
+                                    absl::Span<const float> moved, StageMilliseconds& milliseconds);
   absl::StatusOr<Sight> SightOf(const ExtractedFrame& before, const ExtractedFrame& frame,
                                 const Pictures& ahead, absl::Span<const float> moved, int gap,
-                                LabellingTimes& times);
+                                StageMilliseconds& milliseconds);
   Pinhole Camera(cv::Size size) const;
   // Updates the speed of the ground. back: the motion from `frame` to `before`; null: not known.
   // observation: without the pictures.

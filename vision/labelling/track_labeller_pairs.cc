@@ -15,7 +15,6 @@
 #include "vision/image/inside.h"
 #include "vision/labelling/among_movers.h"
 #include "vision/labelling/evidence_labeller.h"
-#include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/label_outcome.h"
 #include "vision/labelling/labelled_frame.h"
@@ -29,6 +28,29 @@
 
 namespace egosieve::vision {
 namespace {
+
+// The frames have one size; without links if it is too small for flow.
+absl::StatusOr<FramePairs> BuildPairs(const ExtractedFrame& first, const ExtractedFrame& second,
+                                      FlowCache& flows) {
+  FramePairs pairs;
+  pairs.counts = PairCounts(second.grey.size());
+  if (!IsLargeEnoughForFlow(second.grey.size())) return pairs;
+  Stopwatch watch;
+  EGOSIEVE_RETURN_IF_ERROR(flows.Between(first, second).status());
+  pairs.features_milliseconds = watch.LapMilliseconds();
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const TrackedGrid> grid,
+                            flows.Grid(first, second, /*anchor_second=*/true));
+  pairs.links = grid->pairs;
+  pairs.link_is_textured = grid->is_textured;
+  pairs.counts.features = grid->textured_count;
+  pairs.counts.matches = grid->agreeing_count;
+  pairs.counts.labelled = static_cast<int64_t>(grid->pairs.size());
+  for (size_t i = 0; i < grid->textured.size(); ++i) {
+    pairs.counts.scene.AddFlow(grid->textured[i], grid->agrees[i] != 0);
+  }
+  pairs.matching_milliseconds = watch.LapMilliseconds();
+  return pairs;
+}
 
 // Motions of a frame to the pictures near it.
 struct FrameViews {
@@ -99,8 +121,8 @@ void LabelByEvidence(const ExtractedFrame& frame, const PatternPlaces& fixed,
     const bool moves = is_judged(i) && evidence.points[i].probability > 0.5;
     if (moves) moving.push_back(points[i].evidence.now);
   }
-  const int stride = options.flow_stride_pixels;
-  const AmongMovers among_movers(moving, frame.grey.size(), stride);
+  constexpr int kStride = FrameLabellerOptions::kFlowStridePixels;
+  const AmongMovers among_movers(moving, frame.grey.size(), kStride);
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
     const cv::Point2f now = points[i].evidence.now;
@@ -114,8 +136,8 @@ void LabelByEvidence(const ExtractedFrame& frame, const PatternPlaces& fixed,
   for (const GuidedPlace& place : evidence.standing) {
     add(place.now, place.before, evidence.standing_probability, EvidenceTerm::kEpipolar);
   }
-  for (int y = stride / 2; y < frame.grey.rows && !options.ignored.empty(); y += stride) {
-    for (int x = stride / 2; x < frame.grey.cols; x += stride) {
+  for (int y = kStride / 2; y < frame.grey.rows && !options.ignored.empty(); y += kStride) {
+    for (int x = kStride / 2; x < frame.grey.cols; x += kStride) {
       if (!IsIgnored(options.ignored, frame.grey.size(), x, y)) continue;
       const cv::Point2f place(static_cast<float>(x), static_cast<float>(y));
       add(place, place, 0.0, EvidenceTerm::kEpipolar);
@@ -223,20 +245,20 @@ void TrackLabeller::BoundGround(double seconds, TwoViewMotion& motion) const {
 
 absl::StatusOr<Outlook> TrackLabeller::OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
                                                  absl::Span<const float> moved,
-                                                 LabellingTimes& times) {
+                                                 StageMilliseconds& milliseconds) {
   Stopwatch watch;
   const double flow_before = pair_motions_.flow_milliseconds();
   EGOSIEVE_ASSIGN_OR_RETURN(
       Outlook outlook, LookAhead(frame, ahead, Camera(frame.grey.size()), moved, pair_motions_));
   const double flow = pair_motions_.flow_milliseconds() - flow_before;
-  times.features_milliseconds += flow;
-  times.geometry_milliseconds += watch.LapMilliseconds() - flow;
+  milliseconds.features += flow;
+  milliseconds.geometry += watch.LapMilliseconds() - flow;
   return outlook;
 }
 
 absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
                                            LabelledFrame& result) {
-  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, OutlookOf(frame, ahead, {}, result.times));
+  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, OutlookOf(frame, ahead, {}, result.milliseconds));
   if (outlook.empty()) return absl::OkStatus();
   Stopwatch watch;
   if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
@@ -245,11 +267,10 @@ absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pi
     if (view->frame != nullptr) BoundGround(SecondsBetween(frame, *view->frame), view->motion);
   }
   MarkUnbounded(frame, TwoViewMotion(), outlook, points);
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const EvidenceResult evidence,
+  const EvidenceResult evidence =
       evidence_.Judge(nullptr, frame, 1, points, nullptr, Camera(frame.grey.size()),
                       {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
-                       {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}}));
+                       {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}});
   movers_.Remember(points, evidence, frame.grey.size());
   const View& view = outlook.longest();
   result.first_index = frame.frame.index;
@@ -259,7 +280,7 @@ absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pi
   LabelByEvidence(frame, pair_motions_.FixedIn(frame), points, MotionModel(), evidence, options_,
                   result);
   result.static_share = view.motion.static_share;
-  result.times.labelling_milliseconds += watch.LapMilliseconds();
+  result.milliseconds.labelling += watch.LapMilliseconds();
   return absl::OkStatus();
 }
 
@@ -283,7 +304,7 @@ MotionModel TrackLabeller::MotionOfTracks(const std::vector<TrackedPoint>& point
   }
   MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
   RecordMotion(model, result);
-  result.times.geometry_milliseconds += watch.LapMilliseconds();
+  result.milliseconds.geometry += watch.LapMilliseconds();
   return model;
 }
 
@@ -291,10 +312,10 @@ absl::StatusOr<TrackLabeller::Sight> TrackLabeller::SightOf(const ExtractedFrame
                                                             const ExtractedFrame& frame,
                                                             const Pictures& ahead,
                                                             absl::Span<const float> moved, int gap,
-                                                            LabellingTimes& times) {
+                                                            StageMilliseconds& milliseconds) {
   const Pinhole camera = Camera(frame.grey.size());
   Sight sight;
-  EGOSIEVE_ASSIGN_OR_RETURN(sight.outlook, OutlookOf(frame, ahead, moved, times));
+  EGOSIEVE_ASSIGN_OR_RETURN(sight.outlook, OutlookOf(frame, ahead, moved, milliseconds));
   Stopwatch watch;
   const double flow_before = pair_motions_.flow_milliseconds();
   if (gap > 1) {
@@ -306,8 +327,8 @@ absl::StatusOr<TrackLabeller::Sight> TrackLabeller::SightOf(const ExtractedFrame
                               pair_motions_.Between(before, frame, camera, movers_.nodes()));
   }
   const double flow = pair_motions_.flow_milliseconds() - flow_before;
-  times.features_milliseconds += flow;
-  times.geometry_milliseconds += watch.LapMilliseconds() - flow;
+  milliseconds.features += flow;
+  milliseconds.geometry += watch.LapMilliseconds() - flow;
   return sight;
 }
 
@@ -345,15 +366,15 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
                                         const Pictures& ahead, LabelledFrame& result) {
   EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs,
                             BuildPairs(before, frame, pair_motions_.flows()));
-  result.times.features_milliseconds = pairs.features_milliseconds;
-  result.times.matching_milliseconds = pairs.matching_milliseconds;
-  if (!IsEnough(pairs.counts, options_.minimum_matches, result)) {
+  result.milliseconds.features = pairs.features_milliseconds;
+  result.milliseconds.matching = pairs.matching_milliseconds;
+  if (!IsEnough(pairs.counts, result)) {
     evidence_.Begin(frame.frame.index);
     movers_.Forget();
     ground_ = GroundSpeed();
     return absl::OkStatus();
   }
-  EGOSIEVE_RETURN_IF_ERROR(evidence_.Advance(frame, pairs));
+  evidence_.Advance(frame, pairs);
   const MovedNodes moved = movers_.CarriedBy(pairs.links, frame.grey.size());
   const int gap = Gap(evidence_.PicturesBefore());
   if (evidence_.PicturesBefore() < gap) {
@@ -363,7 +384,8 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   }
   result.first_index = evidence_.FrameIndexBefore(gap);
   result.second_index = frame.frame.index;
-  EGOSIEVE_ASSIGN_OR_RETURN(Sight sight, SightOf(before, frame, ahead, moved, gap, result.times));
+  EGOSIEVE_ASSIGN_OR_RETURN(Sight sight,
+                            SightOf(before, frame, ahead, moved, gap, result.milliseconds));
   auto& [behind, world, outlook] = sight;
   std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
   MotionModel model = MotionOfTracks(points, frame, moved, world, result);
@@ -376,12 +398,11 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   const Pinhole camera = Camera(frame.grey.size());
   const ExtractedFrame* first = InHistory(result.first_index);
   UseGround(before, first, frame, ahead, gap, sight, points);
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const EvidenceResult evidence,
+  const EvidenceResult evidence =
       evidence_.Judge(first, frame, gap, points, model.trusted ? &world : nullptr, camera,
                       {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
-                       {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
+                       {behind.frame, &behind.motion, &TrackedPoint::near_behind}});
   movers_.Remember(points, evidence, frame.grey.size());
   const TwoViewMotion* motion = model.trusted ? &world : nullptr;
   result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},
@@ -398,7 +419,7 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
   if (const View& view = outlook.longest(); view.frame != nullptr || world.found) {
     result.static_share = (view.frame != nullptr ? view.motion : world).static_share;
   }
-  result.times.labelling_milliseconds = watch.LapMilliseconds();
+  result.milliseconds.labelling = watch.LapMilliseconds();
   return absl::OkStatus();
 }
 

@@ -10,7 +10,6 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/parallel_for.h"
 
 namespace egosieve::vision {
@@ -22,6 +21,8 @@ using Eigen::Vector3f;
 constexpr int kParts = 12;
 constexpr float kSpread = 8.0f;  // squared steps of Lab
 constexpr float kFar = 0.02f;
+constexpr double kAroundMovers = 0.1;  // of the picture's longer side
+constexpr double kSupportPixels = 200.0;
 constexpr int kIterations = 15;
 constexpr float kLeastShare = 1e-3f;  // of a part in a colour that changes the part
 
@@ -210,16 +211,8 @@ double Sum(const std::vector<cv::Mat1f>& weights) {
 
 }  // namespace
 
-absl::Status ColourModelOptions::Validate() const {
-  if (around > 0.0 && support_pixels > 0.0 && limit > 0.0) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrFormat("around = %g, support_pixels = %g, limit = %g; all must be positive", around,
-                      support_pixels, limit));
-}
-
 std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& colours,
-                                      const std::vector<cv::Mat1f>& probability,
-                                      const ColourModelOptions& options) {
+                                      const std::vector<cv::Mat1f>& probability, float limit) {
   const auto count = static_cast<int64_t>(colours.size());
   std::vector<cv::Mat1f> moving(count), still(count), around(count);
   kernels::ParallelFor(count, [&](int64_t t) {
@@ -227,15 +220,14 @@ std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& colours,
     moving[t] = p.mul(p).mul(p);
     still[t] = q.mul(q).mul(q);
     cv::Mat1f near;
-    cv::GaussianBlur(p, near, {}, options.around * std::max(p.cols, p.rows));
+    cv::GaussianBlur(p, near, {}, kAroundMovers * std::max(p.cols, p.rows));
     double most = 0.0;
     cv::minMaxLoc(near, nullptr, &most);
     around[t] = still[t].mul(near + kFar * static_cast<float>(most));
   });
   const double all_moving = Sum(moving), all_still = Sum(still),
                least = std::min(all_moving, all_still);
-  const auto known = static_cast<float>(least / (least + options.support_pixels));
-  const auto limit = static_cast<float>(options.limit);
+  const auto known = static_cast<float>(least / (least + kSupportPixels));
   std::vector<cv::Mat1f> evidence(count);
   for (int64_t t = 0; t < count; ++t) evidence[t] = cv::Mat1f::zeros(colours[t].size());
   if (!(least > 0.0)) return evidence;

@@ -3,8 +3,8 @@
 //   c(x)      Lab colour, 0 to 255 per axis, in bins of 4
 //   F         mixture of kParts Gaussians, fitted to c(x) with weights p^3                     (C1)
 //   G         the same with weights (1 - p)^3 b, b = kFar max(p * g) + p * g, g a Gaussian of
-//             deviation `around` times the longer side: the static pixels around the movers    (C2)
-//   evidence  k log(F(c) / G(c)), clamped to [-limit, limit], k = s / (s + support), s the
+//             deviation kAroundMovers times the longer side: the static pixels around the movers    (C2)
+//   evidence  k log(F(c) / G(c)), clamped to [-limit, limit], k = s / (s + kSupportPixels), s the
 //             smaller of the sums of p^3 and of (1 - p)^3: 0 without pixels of both kinds      (C3)
 //
 // Pixels with p near 0 or 1 count, others hardly. What is static around the movers is what they
@@ -19,22 +19,11 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "absl/status/status.h"
-
 namespace egosieve::vision {
 
-struct ColourModelOptions {
-  double around = 0.1;            // of the picture's longer side; positive
-  double support_pixels = 200.0;  // positive
-  double limit = 4.0;             // of the evidence, log odds; positive
-
-  absl::Status Validate() const;
-};
-
 // (C3) of each picture of a shot. colours: Lab, of one size; probability: of moving, of the same
-// size. `options` must be valid. Cost: linear in the pixels.
+// size; limit: positive. Cost: linear in the pixels.
 std::vector<cv::Mat1f> ColourEvidence(const std::vector<cv::Mat3b>& colours,
-                                      const std::vector<cv::Mat1f>& probability,
-                                      const ColourModelOptions& options);
+                                      const std::vector<cv::Mat1f>& probability, float limit);
 
 }  // namespace egosieve::vision

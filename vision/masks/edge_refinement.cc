@@ -4,21 +4,15 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/ximgproc/edge_filter.hpp>
 
-#include "absl/strings/str_format.h"
-
 namespace egosieve::vision {
 namespace {
 
 constexpr int kLongestWorkingSide = 640;
 constexpr float kDoubt = 0.002f;
+constexpr double kEdgeReach = 0.05;  // of the picture's longer side
+constexpr double kEdgeLevels = 5.0;  // of 255
 
 }  // namespace
-
-absl::Status EdgeRefinementOptions::Validate() const {
-  if (reach > 0.0 && levels > 0.0) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrFormat("reach = %g, levels = %g; both must be positive", reach, levels));
-}
 
 int WorkingStep(cv::Size size) {
   return std::max(
@@ -46,15 +40,14 @@ cv::Mat1f Probability(const cv::Mat1f& log_odds) {
   return 1.0f / (1.0f + inverse);
 }
 
-cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds,
-                            const EdgeRefinementOptions& options) {
+cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds) {
   cv::Mat1f full;
   cv::resize(log_odds, full, image.size(), 0, 0, cv::INTER_LINEAR);
   const cv::Mat1f rough = Probability(full);
-  const double reach_pixels = options.reach * std::max(image.cols, image.rows);
+  const double reach_pixels = kEdgeReach * std::max(image.cols, image.rows);
   cv::Mat1f smooth;
   cv::ximgproc::fastGlobalSmootherFilter(image, rough, smooth, reach_pixels * reach_pixels,
-                                         options.levels);
+                                         kEdgeLevels);
   return cv::max(cv::min(smooth, 1.0f - kDoubt), kDoubt);
 }
 

@@ -3,8 +3,8 @@
 //   l(x)   log odds (SS3) of shot_segmentation.h, at working resolution                       (ER1)
 //   p      = fgs(1 / (1 + exp(-l))), l interpolated linearly to full resolution               (ER2)
 //            kept within 0.002 and 0.998
-//   fgs    argmin_p sum (p - p_0)^2 + r^2 sum_{x ~ y} exp(-|I_x - I_y| / levels) (p_x - p_y)^2:
-//          OpenCV's fast global smoother; r = reach times the longer side, in pixels
+//   fgs    argmin_p sum (p - p_0)^2 + r^2 sum_{x ~ y} exp(-|I_x - I_y| / kEdgeLevels) (p_x - p_y)^2:
+//          OpenCV's fast global smoother; r = kEdgeReach times the longer side, in pixels
 //
 // It sweeps along rows and columns with r, r / 2 and r / 4. Without edges the influence of a pixel
 // falls by about the factor e over r, the same share of the picture at every resolution.
@@ -18,16 +18,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "absl/status/status.h"
-
 namespace egosieve::vision {
-
-struct EdgeRefinementOptions {
-  double reach = 0.05;  // of the picture's longer side; positive
-  double levels = 5.0;  // of 255; positive
-
-  absl::Status Validate() const;
-};
 
 // The side, in pixels, of the block that becomes one pixel at working resolution. It is the
 // smallest with which the longer side of the picture becomes at most 640.
@@ -37,8 +28,7 @@ int WorkingStep(cv::Size size);
 cv::Mat ToWorkingSize(const cv::Mat& image, int step);
 
 // (ER2). image: B G R at full resolution; log_odds: (ER1).
-cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds,
-                            const EdgeRefinementOptions& options);
+cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds);
 
 // Log odds of probabilities, which are first clamped to [0.002, 0.998]; and the inverse.
 cv::Mat1f LogOdds(const cv::Mat1f& probability);

@@ -5,7 +5,6 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_growth.h"
@@ -68,7 +67,7 @@ std::vector<cv::Mat1f> SegmentSpan(const std::vector<WindowFrame>& frames,
     frame.log_odds = linked[t];
     if (t == span.begin) continue;
     frame.backward = frames[t].flow.backward;
-    frame.agreement = AgreementOf(frames[t].errors.backward, options.link.tolerance_pixels);
+    frame.agreement = AgreementOf(frames[t].errors.backward, kTolerancePixels);
   }
   return SegmentShot(shot, options.shot);
 }
@@ -96,15 +95,6 @@ std::vector<cv::Mat1f> SegmentShots(const std::vector<WindowFrame>& frames,
 }
 
 }  // namespace
-
-absl::Status MapWindowOptions::Validate() const {
-  EGOSIEVE_RETURN_IF_ERROR(link.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(shot.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(edges.Validate());
-  if (steady_seconds > 0.0) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrFormat("steady_seconds = %g; it must be positive", steady_seconds));
-}
 
 double MapWindowOptions::ReachSeconds() const {
   return kReachInMemories * (link.memory_seconds + steady_seconds);
@@ -162,8 +152,8 @@ std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int 
   const std::vector<cv::Mat1f> steady = LinkMaps(links, steady_link);
   std::vector<cv::Mat1f> refined(count);
   kernels::ParallelFor(count, [&](int64_t k) {
-    refined[k] = RefineProbability(frames[wanted.begin + k].image,
-                                   steady[wanted.begin - span.begin + k], options.edges);
+    refined[k] =
+        RefineProbability(frames[wanted.begin + k].image, steady[wanted.begin - span.begin + k]);
   });
   return refined;
 }

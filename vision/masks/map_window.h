@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "vision/features/flow_grid.h"
 #include "vision/masks/edge_refinement.h"
 #include "vision/masks/shot_segmentation.h"
@@ -28,9 +27,7 @@ struct MapWindowOptions {
   TemporalLinkOptions link;
   double steady_seconds = 0.2;  // positive
   ShotSegmentationOptions shot;
-  EdgeRefinementOptions edges;
 
-  absl::Status Validate() const;
   // How far a frame's result depends on the past and the future: a window needs this margin around
   // the frames to be refined.
   double ReachSeconds() const;

@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "vision/masks/edge_refinement.h"
+#include "vision/masks/regions.h"
 
 namespace egosieve::vision {
 namespace {
@@ -59,21 +60,8 @@ cv::Mat1w NumberPixels(const cv::Mat1w& small, cv::Mat1b& mask) {
     return numbers;
   }
   cv::Mat1f distance;
-  cv::Mat1i labels;
-  cv::distanceTransform(small == 0, distance, labels, cv::DIST_L2, cv::DIST_MASK_5,
-                        cv::DIST_LABEL_PIXEL);
-  std::vector<uint16_t> number_of(small.total() + 1, 0);
-  for (int y = 0; y < small.rows; ++y) {
-    for (int x = 0; x < small.cols; ++x) {
-      if (small(y, x) != 0) number_of[labels(y, x)] = small(y, x);
-    }
-  }
-  cv::Mat1w near(small.size());
-  for (int y = 0; y < small.rows; ++y) {
-    for (int x = 0; x < small.cols; ++x) {
-      near(y, x) = distance(y, x) <= kReach ? number_of[labels(y, x)] : uint16_t{0};
-    }
-  }
+  cv::Mat1w near = NearestNumbers(small, distance);
+  near.setTo(0, distance > kReach);
   cv::Mat1w upsampled;
   cv::resize(near, upsampled, mask.size(), 0, 0, cv::INTER_NEAREST);
   upsampled.copyTo(numbers, mask);

@@ -16,7 +16,10 @@ namespace {
 // this share of the median residual from a single motion, since flow errs more where it is large.
 constexpr double kLeastScale = 1.0;
 constexpr double kScaleShare = 0.25;
-constexpr double kFitsOne = 0.05;  // mean cost below which one motion suffices
+constexpr double kFitsOne = 0.05;   // mean cost below which one motion suffices
+constexpr int kMinCells = 6;        // of each part
+constexpr double kLeastHeld = 0.6;  // share of the cells that must hold over a horizon
+constexpr double kLessCost = 0.6, kParting = 1.0;  // of (MS2)
 constexpr int kSplitRounds = 8;
 constexpr double kOnePiece = 0.7;
 constexpr double kLeastHeldOfBoth = 0.4;
@@ -82,17 +85,17 @@ Labels Assign(const Held& held, cv::Size grid, const Split& split) {
   return labels;
 }
 
-bool HaveEnough(const Labels& labels, int min_cells) {
+bool HaveEnough(const Labels& labels) {
   const auto second = std::count(labels.begin(), labels.end(), uint8_t{1});
-  return second >= min_cells && static_cast<int64_t>(labels.size()) - second >= min_cells;
+  return second >= kMinCells && static_cast<int64_t>(labels.size()) - second >= kMinCells;
 }
 
 // (MS1) from `start`; the result has no labels where a part becomes too small.
-Split SplitFrom(const Held& held, cv::Size grid, Labels start, double scale, int min_cells) {
+Split SplitFrom(const Held& held, cv::Size grid, Labels start, double scale) {
   Split split;
   split.labels = std::move(start);
   for (int round = 0; round < kSplitRounds; ++round) {
-    if (!HaveEnough(split.labels, min_cells)) return {};
+    if (!HaveEnough(split.labels)) return {};
     for (const uint8_t part : {0, 1}) {
       split.motions[part] = FitPart(held, split.labels, part, scale);
       split.costs[part].clear();
@@ -104,7 +107,7 @@ Split SplitFrom(const Held& held, cv::Size grid, Labels start, double scale, int
     if (labels == split.labels) break;
     split.labels = std::move(labels);
   }
-  if (!HaveEnough(split.labels, min_cells)) return {};
+  if (!HaveEnough(split.labels)) return {};
   for (size_t i = 0; i < held.cells.size(); ++i) split.cost += split.costs[split.labels[i]][i];
   return split;
 }
@@ -147,8 +150,7 @@ uint8_t SmallerPart(const Labels& labels) {
 }
 
 // (MS2)
-bool IsAccepted(const Held& held, const Split& split, const MovingCells& cells,
-                const MotionSplitOptions& options) {
+bool IsAccepted(const Held& held, const Split& split, const MovingCells& cells) {
   const uint8_t smaller = SmallerPart(split.labels);
   double own = 0.0, others = 0.0, parting = 0.0;
   int count = 0;
@@ -160,13 +162,12 @@ bool IsAccepted(const Held& held, const Split& split, const MovingCells& cells,
     ++count;
   }
   const double size = std::sqrt(static_cast<double>(count)) * cells.side;
-  return own < options.gain * others && parting >= options.parting * size * count &&
+  return own < kLessCost * others && parting >= kParting * size * count &&
          IsOnePiece(held, split.labels, smaller, cells.grid);
 }
 
 // Of (MS1) from all starts, the split of the smallest cost that (MS2) accepts.
-std::optional<Split> BestSplit(const Held& held, const MovingCells& cells,
-                               const MotionSplitOptions& options) {
+std::optional<Split> BestSplit(const Held& held, const MovingCells& cells) {
   const MoverMotion one = FitMotion(held.places, held.displacements, kLeastScale);
   std::vector<double> residuals;
   for (size_t i = 0; i < held.cells.size(); ++i) residuals.push_back(Residual(held, i, one));
@@ -176,9 +177,9 @@ std::optional<Split> BestSplit(const Held& held, const MovingCells& cells,
   if (cost_of_one < kFitsOne * static_cast<double>(residuals.size())) return std::nullopt;
   std::optional<Split> best;
   for (Labels& start : Starts(held, one, scale)) {
-    Split split = SplitFrom(held, cells.grid, std::move(start), scale, options.min_cells);
+    Split split = SplitFrom(held, cells.grid, std::move(start), scale);
     if (split.labels.empty() || (best && split.cost >= best->cost)) continue;
-    if (IsAccepted(held, split, cells, options)) best = std::move(split);
+    if (IsAccepted(held, split, cells)) best = std::move(split);
   }
   return best;
 }
@@ -208,16 +209,14 @@ void AddHiddenCells(const MovingCells& cells, const std::vector<int>& of, Motion
 
 }  // namespace
 
-std::optional<MotionSplit> SplitByMotion(const MovingCells& cells, const std::vector<int>& of,
-                                         const MotionSplitOptions& options) {
-  if (static_cast<int>(of.size()) < 2 * options.min_cells) return std::nullopt;
+std::optional<MotionSplit> SplitByMotion(const MovingCells& cells, const std::vector<int>& of) {
+  if (static_cast<int>(of.size()) < 2 * kMinCells) return std::nullopt;
   for (const MovingCells::Horizon& horizon : cells.horizons) {
     const Held held = HeldOf(cells, horizon, of);
-    if (static_cast<double>(held.cells.size()) <
-        options.least_held * static_cast<double>(of.size())) {
+    if (static_cast<double>(held.cells.size()) < kLeastHeld * static_cast<double>(of.size())) {
       continue;
     }
-    const std::optional<Split> split = BestSplit(held, cells, options);
+    const std::optional<Split> split = BestSplit(held, cells);
     if (!split) return std::nullopt;
     const uint8_t smaller = SmallerPart(split->labels);
     MotionSplit parts;

@@ -6,8 +6,8 @@
 //   two     two motions and labels, each cell with the motion of the smaller cost over the 3 x 3
 //           cells around it, iterated from five starts: the cells that do not fit the one motion,
 //           and halves by position and by displacement; cost rho(r) = r^2 / (r^2 + scale^2)   (MS1)
-//   parts   accepted where, on the smaller part, its own motion costs less than `gain` of the cost
-//           of the other motion, the two motions differ by more than `parting` times the part's
+//   parts   accepted where, on the smaller part, its own motion costs less than kLessCost of the cost
+//           of the other motion, the two motions differ by more than kParting times the part's
 //           size, the root of its area, and the part is mostly one connected piece; the larger
 //           part may lie on both sides of it                                                  (MS2)
 //
@@ -26,20 +26,12 @@
 
 namespace egosieve::vision {
 
-struct MotionSplitOptions {
-  int min_cells = 6;        // cells of each part
-  double least_held = 0.6;  // share of the cells that must hold over a horizon
-  double gain = 0.6;        // in (0, 1)
-  double parting = 1.0;     // positive
-};
-
 struct MotionSplit {
   std::vector<int> larger, smaller;  // indices of the cells that hold for one step at least
 };
 
 // of: indices of the region's cells. Nothing where they have one motion.
-std::optional<MotionSplit> SplitByMotion(const MovingCells& cells, const std::vector<int>& of,
-                                         const MotionSplitOptions& options = {});
+std::optional<MotionSplit> SplitByMotion(const MovingCells& cells, const std::vector<int>& of);
 
 // The distance between the motion of the cells `part` and that of the cells `whole`: the median
 // distance of the displacements of `part` from the motion of `whole`, over the longest horizon over

@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "vision/masks/regions.h"
 #include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {
 
-constexpr int kMoverNumbers = 65535;
 constexpr double kEndSeconds = 0.25;
 // (ML2)
 constexpr double kPlaceShare = 0.3, kSpeedNoise = 5.0, kSpeedShare = 0.4;
@@ -198,11 +198,10 @@ void MoverLinks::JoinPieces(std::vector<Piece>& pieces) {
 }
 
 uint16_t MoverLinks::NewNumber(const std::vector<Piece>& pieces) {
-  const auto is_taken = [&](const Piece& piece) { return piece.mover == next_number_; };
-  while (std::ranges::any_of(pieces, is_taken)) next_number_ = next_number_ % kMoverNumbers + 1;
-  const auto number = static_cast<uint16_t>(next_number_);
-  next_number_ = next_number_ % kMoverNumbers + 1;
-  return number;
+  const auto is_taken = [&](int number) {
+    return std::ranges::find(pieces, number, &Piece::mover) != pieces.end();
+  };
+  return NextNumber(is_taken, next_number_);
 }
 
 std::vector<std::map<uint16_t, uint16_t>> MoverLinks::Add(const std::vector<SightedFrame>& frames) {

@@ -7,6 +7,11 @@
 namespace egosieve::vision {
 namespace {
 
+constexpr float kLevels = 8.0f;    // of 255
+constexpr double kPixels = 1.5;    // per step between frames
+constexpr float kDistance = 5.0f;  // pixels
+constexpr float kNewCost = 7.0f;
+constexpr int kReachPixels = 48;  // around the expected place of a mover
 constexpr float kMostPicture = 3.0f, kMostMotion = 3.0f, kMostDistance = 2.0f, kMostColour = 2.0f;
 // Added to the shares of a colour: a colour that was hardly seen in a mover may still be its own.
 constexpr double kColourFloor = 0.004;
@@ -22,7 +27,7 @@ struct Places {
 };
 
 // The area in which the mover that had `box` may be.
-cv::Rect AreaOf(const cv::Rect& box, const MoverMotion& motion, int reach, cv::Size size) {
+cv::Rect AreaOf(const cv::Rect& box, const MoverMotion& motion, cv::Size size) {
   cv::Point2d least(1e9, 1e9), most(-1e9, -1e9);
   for (const cv::Point corner :
        {box.tl(), cv::Point(box.br().x, box.y), box.br(), cv::Point(box.x, box.br().y)}) {
@@ -33,8 +38,10 @@ cv::Rect AreaOf(const cv::Rect& box, const MoverMotion& motion, int reach, cv::S
   const auto within = [](double value, int last) {
     return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(last)));
   };
-  return {cv::Point(within(least.x - reach, size.width), within(least.y - reach, size.height)),
-          cv::Point(within(most.x + reach, size.width), within(most.y + reach, size.height))};
+  return {cv::Point(within(least.x - kReachPixels, size.width),
+                    within(least.y - kReachPixels, size.height)),
+          cv::Point(within(most.x + kReachPixels, size.width),
+                    within(most.y + kReachPixels, size.height))};
 }
 
 Places PlacesOf(const cv::Rect& area, const MoverMotion& motion) {
@@ -101,18 +108,16 @@ std::vector<std::array<float, kMoverColours>> ColourCosts(const std::vector<Know
 // The terms of (PX1) of mover k before their mean is taken.
 cv::Mat1f CostsOf(const AssignmentPictures& pictures, const Sides& sides, const cv::Rect& area,
                   const cv::Mat1f& distance, const MoverMotion& motion,
-                  const std::array<float, kMoverColours>& colour_costs,
-                  const AssignmentOptions& options) {
+                  const std::array<float, kMoverColours>& colour_costs) {
   const Places places = PlacesOf(area, motion);
   const cv::Mat3b now = pictures.now(area);
   cv::Mat1f difference = PictureDifference(now, pictures.before, places.before);
   cv::Mat1f sum = cv::Mat1f::zeros(area.size()), weight = cv::Mat1f::zeros(area.size());
-  AddMotion(area, places.before, pictures.from_before.backward, sides.before, options.pixels, sum,
-            weight);
+  AddMotion(area, places.before, pictures.from_before.backward, sides.before, kPixels, sum, weight);
   if (!pictures.after.empty()) {
     difference = cv::min(difference, PictureDifference(now, pictures.after, places.after));
     // A mover's speed may change a little from one step to the next.
-    const double pixels = options.pixels + 0.1 * cv::norm(motion.shift);
+    const double pixels = kPixels + 0.1 * cv::norm(motion.shift);
     AddMotion(area, places.after, pictures.to_after.forward, sides.after, pixels, sum, weight);
   }
   cv::Mat1f away;
@@ -120,9 +125,9 @@ cv::Mat1f CostsOf(const AssignmentPictures& pictures, const Sides& sides, const 
   cv::Mat1f costs(area.size());
   for (int y = 0; y < area.height; ++y) {
     for (int x = 0; x < area.width; ++x) {
-      costs(y, x) = std::min(difference(y, x) / static_cast<float>(options.levels), kMostPicture) +
+      costs(y, x) = std::min(difference(y, x) / kLevels, kMostPicture) +
                     sum(y, x) / std::max(weight(y, x), 1.0f) +
-                    std::min(away(y, x) / static_cast<float>(options.distance), kMostDistance) +
+                    std::min(away(y, x) / kDistance, kMostDistance) +
                     colour_costs[ColourOf(now(y, x))];
     }
   }
@@ -138,7 +143,7 @@ double ColourDistance(const ColourShares& a, const ColourShares& b) {
 }
 
 cv::Mat1w AssignPixels(const AssignmentPictures& pictures, const cv::Mat1w& last,
-                       const std::vector<KnownMover>& movers, const AssignmentOptions& options) {
+                       const std::vector<KnownMover>& movers) {
   const cv::Size size = pictures.mask.size();
   cv::Mat1w numbers = cv::Mat1w::zeros(size);
   Sides sides{AgreementOf(pictures.before_errors.backward, 1.0), {}};
@@ -146,17 +151,16 @@ cv::Mat1w AssignPixels(const AssignmentPictures& pictures, const cv::Mat1w& last
   cv::Mat1f inside, count;
   cv::Mat1b(pictures.mask != 0).convertTo(inside, CV_32F, 1.0 / 255.0);
   cv::boxFilter(inside, count, -1, {kSide, kSide}, {-1, -1}, false, cv::BORDER_CONSTANT);
-  cv::Mat1f best(size, static_cast<float>(options.new_cost));
+  cv::Mat1f best(size, kNewCost);
   const auto colour_costs = ColourCosts(movers);
   for (size_t k = 0; k < movers.size(); ++k) {
     const cv::Mat1b before = last == movers[k].number;
     const cv::Rect box = cv::boundingRect(before);
-    const cv::Rect area = AreaOf(box, movers[k].motion, options.reach_pixels, size);
+    const cv::Rect area = AreaOf(box, movers[k].motion, size);
     if (box.empty() || area.empty()) continue;
     cv::Mat1f distance;
     cv::distanceTransform(before == 0, distance, cv::DIST_L2, cv::DIST_MASK_5);
-    cv::Mat1f costs =
-        CostsOf(pictures, sides, area, distance, movers[k].motion, colour_costs[k], options);
+    cv::Mat1f costs = CostsOf(pictures, sides, area, distance, movers[k].motion, colour_costs[k]);
     costs = costs.mul(inside(area));
     cv::boxFilter(costs, costs, -1, {kSide, kSide}, {-1, -1}, false, cv::BORDER_CONSTANT);
     for (int y = 0; y < area.height; ++y) {

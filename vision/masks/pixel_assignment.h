@@ -9,10 +9,10 @@
 //            its return agree
 //   D_k      distance of y_k from the pixels that k had
 //   C_k      log of the largest share that any mover has of x's colour over the share that k has
-//   cost_k   mean over 5 x 5 pixels of the mask of min(P_k / levels, 3) + min(M_k / pixels, 3)
-//            + min(D_k / distance, 2) + min(C_k, 2)                                        (PX1)
+//   cost_k   mean over 5 x 5 pixels of the mask of min(P_k / kLevels, 3) + min(M_k / kPixels, 3)
+//            + min(D_k / kDistance, 2) + min(C_k, 2)                                       (PX1)
 //
-// A pixel takes the mover with the smallest cost if that is below new_cost, else none. Each mover
+// A pixel takes the mover with the smallest cost if that is below kNewCost, else none. Each mover
 // is moved by its own motion, not by the flow of its pixels: flow is smooth, and numbers that
 // follow it spread from a mover to the one behind it.
 //
@@ -40,14 +40,6 @@ inline int ColourOf(const cv::Vec3b& pixel) {
 // Bhattacharyya's distance, in [0, 1].
 double ColourDistance(const ColourShares& a, const ColourShares& b);
 
-struct AssignmentOptions {
-  double levels = 8.0;    // of 255
-  double pixels = 1.5;    // per step between frames
-  double distance = 5.0;  // pixels
-  double new_cost = 7.0;
-  int reach_pixels = 48;  // around the expected place of a mover
-};
-
 // All of one size.
 struct AssignmentPictures {
   cv::Mat3b before, now, after;              // after: may be empty
@@ -66,7 +58,6 @@ struct KnownMover {
 // last: numbers in the previous picture. Returns the number of each pixel of the mask, 0 where no
 // mover explains it.
 cv::Mat1w AssignPixels(const AssignmentPictures& pictures, const cv::Mat1w& last,
-                       const std::vector<KnownMover>& movers,
-                       const AssignmentOptions& options = {});
+                       const std::vector<KnownMover>& movers);
 
 }  // namespace egosieve::vision

@@ -11,9 +11,7 @@ std::vector<Piece> PiecesOf(const cv::Mat1b& region) {
   const int count = cv::connectedComponentsWithStats(region, labels, stats, centres, 8, CV_32S);
   std::vector<Piece> pieces;
   for (int i = 1; i < count; ++i) {
-    const cv::Rect box(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
-                       stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
-    pieces.push_back({labels == i, stats.at<int>(i, cv::CC_STAT_AREA), box});
+    pieces.push_back({labels == i, stats.at<int>(i, cv::CC_STAT_AREA)});
   }
   std::stable_sort(pieces.begin(), pieces.end(),
                    [](const Piece& a, const Piece& b) { return a.area > b.area; });
@@ -36,25 +34,28 @@ std::map<uint16_t, int> CountNumbers(const cv::Mat1w& numbers, const cv::Mat1b& 
   return counts;
 }
 
-void FillNearest(const cv::Mat1b& region, cv::Mat1w& numbers) {
-  cv::Mat1b is_empty(region.size(), uint8_t{255});
-  is_empty.setTo(0, (numbers != 0) & (region != 0));
-  if (cv::countNonZero(is_empty) == static_cast<int>(is_empty.total())) return;
-  cv::Mat1f distance;
+cv::Mat1w NearestNumbers(const cv::Mat1w& numbers, cv::Mat1f& distance) {
+  cv::Mat1w nearest = cv::Mat1w::zeros(numbers.size());
+  if (cv::countNonZero(numbers) == 0) return nearest;
   cv::Mat1i labels;
-  cv::distanceTransform(is_empty, distance, labels, cv::DIST_L2, cv::DIST_MASK_5,
+  cv::distanceTransform(numbers == 0, distance, labels, cv::DIST_L2, cv::DIST_MASK_5,
                         cv::DIST_LABEL_PIXEL);
   std::vector<uint16_t> number_of(numbers.total() + 1, 0);
-  for (int y = 0; y < region.rows; ++y) {
-    for (int x = 0; x < region.cols; ++x) {
-      if (is_empty(y, x) == 0) number_of[labels(y, x)] = numbers(y, x);
+  for (int y = 0; y < numbers.rows; ++y) {
+    for (int x = 0; x < numbers.cols; ++x) {
+      if (numbers(y, x) != 0) number_of[labels(y, x)] = numbers(y, x);
     }
   }
-  for (int y = 0; y < region.rows; ++y) {
-    for (int x = 0; x < region.cols; ++x) {
-      if (region(y, x) != 0 && numbers(y, x) == 0) numbers(y, x) = number_of[labels(y, x)];
-    }
-  }
+  std::transform(labels.begin(), labels.end(), nearest.begin(),
+                 [&](int label) { return number_of[label]; });
+  return nearest;
+}
+
+void FillNearest(const cv::Mat1b& region, cv::Mat1w& numbers) {
+  cv::Mat1w of_region = cv::Mat1w::zeros(numbers.size());
+  numbers.copyTo(of_region, region);
+  cv::Mat1f distance;
+  NearestNumbers(of_region, distance).copyTo(numbers, (numbers == 0) & (region != 0));
 }
 
 cv::Mat1b RingAround(const cv::Mat1b& region, int reach) {

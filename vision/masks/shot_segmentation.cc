@@ -6,7 +6,6 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/imgproc/detail/gcgraph.hpp>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/parallel_for.h"
 #include "vision/masks/edge_refinement.h"
 
@@ -92,14 +91,12 @@ std::vector<cv::Mat1f> Cut(const std::vector<Nodes>& shot, const std::vector<cv:
   const auto node = [&](size_t t, int x, int y) {
     return static_cast<int>(t) * size.area() + y * size.width + x;
   };
-  const auto within = static_cast<float>(options.within);
-  const auto along = static_cast<float>(options.along);
   const auto scale = static_cast<float>(contrast_scale);
   for (size_t t = 0; t < shot.size(); ++t) {
     const Nodes& nodes = shot[t];
     ForEachNeighbours(size, [&](int x, int y, cv::Point other) {
       const float weight =
-          within * std::exp(-SquaredDifference(nodes.lab(y, x), nodes.lab(other)) / scale);
+          options.within * std::exp(-SquaredDifference(nodes.lab(y, x), nodes.lab(other)) / scale);
       graph.addEdges(node(t, x, y), node(t, other.x, other.y), weight, weight);
     });
     if (t == 0) continue;
@@ -109,8 +106,8 @@ std::vector<cv::Mat1f> Cut(const std::vector<Nodes>& shot, const std::vector<cv:
                               cvRound(y + nodes.backward(y, x)[1]));
         const float agreement = nodes.agreement(y, x);
         if (!(agreement > kLeastLink) || !cv::Rect({}, size).contains(there)) continue;
-        graph.addEdges(node(t, x, y), node(t - 1, there.x, there.y), along * agreement,
-                       along * agreement);
+        graph.addEdges(node(t, x, y), node(t - 1, there.x, there.y), options.along * agreement,
+                       options.along * agreement);
       }
     }
   }
@@ -129,14 +126,6 @@ std::vector<cv::Mat1f> Cut(const std::vector<Nodes>& shot, const std::vector<cv:
 
 }  // namespace
 
-absl::Status ShotSegmentationOptions::Validate() const {
-  if (!(within >= 0.0 && along >= 0.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("within = %g, along = %g; neither must be negative", within, along));
-  }
-  return colour.Validate();
-}
-
 std::vector<cv::Mat1f> SegmentShot(const std::vector<ShotFrame>& frames,
                                    const ShotSegmentationOptions& options) {
   const auto count = static_cast<int64_t>(frames.size());
@@ -150,7 +139,7 @@ std::vector<cv::Mat1f> SegmentShot(const std::vector<ShotFrame>& frames,
   }
   const double contrast_scale = ContrastScale(shot);
   for (int round = 0; round < kRounds; ++round) {
-    decided = ColourEvidence(colours, probability, options.colour);
+    decided = ColourEvidence(colours, probability, options.colour_limit);
     for (int64_t t = 0; t < count; ++t) decided[t] += shot[t].log_odds;
     const float step = std::min(kMostDecided, MeanSize(decided));
     if (step < kLeastDecided) break;

@@ -24,17 +24,14 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "vision/masks/colour_model.h"
 
 namespace egosieve::vision {
 
+// The strengths of (SS2) and the limit of (C3), log odds.
 struct ShotSegmentationOptions {
-  double within = 3.0;  // log odds; not negative
-  double along = 2.0;   // log odds; not negative
-  ColourModelOptions colour;
-
-  absl::Status Validate() const;
+  float within = 3.0f, along = 2.0f;  // not negative
+  float colour_limit = 4.0f;          // positive
 };
 
 // A picture of a shot; all of one size.

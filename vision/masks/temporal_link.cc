@@ -4,7 +4,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/parallel_for.h"
 
 namespace egosieve::vision {
@@ -46,7 +45,7 @@ void TakeOver(const Sums& neighbour, const cv::Mat& flow, const cv::Mat1f& error
   cv::merge(std::array<cv::Mat, 2>{neighbour.weighted, neighbour.weight}, neighbours);
   std::array<cv::Mat, 2> seen;
   cv::split(WarpByFlow(neighbours, flow, cv::INTER_LINEAR), seen);
-  cv::Mat1f factor = AgreementOf(errors, options.tolerance_pixels);
+  cv::Mat1f factor = AgreementOf(errors, kTolerancePixels);
   factor *= std::exp(-std::abs(seconds) / options.memory_seconds);
   sums.weighted += factor.mul(seen[0]);
   sums.weight += factor.mul(seen[1]);
@@ -80,13 +79,6 @@ std::vector<Sums> GatherFuture(const std::vector<LinkFrame>& frames,
 }
 
 }  // namespace
-
-absl::Status TemporalLinkOptions::Validate() const {
-  if (memory_seconds > 0.0 && tolerance_pixels > 0.0) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrFormat("memory_seconds = %g, tolerance_pixels = %g; both must be positive",
-                      memory_seconds, tolerance_pixels));
-}
 
 cv::Mat WarpByFlow(const cv::Mat& values, const cv::Mat& flow, int interpolation) {
   cv::Mat2f places(flow.size());

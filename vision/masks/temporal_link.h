@@ -3,7 +3,7 @@
 //
 //   z_t         log odds of the map at time t; w_t = 1 where frame t has a map of its own, else 0
 //   W_st        samples frame s at the positions of frame t's pixels, by dense flow
-//   k_st        exp(-e^2 / (2 tolerance^2)), e the flow's forward-backward error in pixels
+//   k_st        exp(-e^2 / (2 kTolerancePixels^2)), e the flow's forward-backward error in pixels
 //   q_st        exp(-|t - s| / memory_seconds)
 //   N_t         = w_t z_t + q k W(N_{t-1}),   D_t = w_t + q k W(D_{t-1}): the past   (TL1)
 //   N'_t, D'_t  the same from the future                                                     (TL2)
@@ -17,18 +17,16 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "vision/features/flow_grid.h"
 
 namespace egosieve::vision {
 
 struct TemporalLinkOptions {
-  double memory_seconds = 0.6;    // positive
-  double tolerance_pixels = 0.3;  // of the forward-backward error; positive
-  bool causal = false;            // (TL1) alone
-
-  absl::Status Validate() const;
+  double memory_seconds = 0.6;  // positive
+  bool causal = false;          // (TL1) alone
 };
+
+inline constexpr double kTolerancePixels = 0.3;  // of the forward-backward error
 
 // e^2 of k above, along `flow.forward` and along `flow.backward`.
 struct ReturnErrors {

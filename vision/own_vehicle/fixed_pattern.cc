@@ -9,9 +9,10 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr int kLongestSide = 640;   // of the reduced picture
-constexpr double kSmoothing = 1.0;  // deviation of the Gaussian, pixels
-constexpr float kDamping = 1.0F;    // lambda, (grey levels per pixel)^2
+constexpr int kLongestSide = 640;        // of the reduced picture
+constexpr double kLeastOfPattern = 0.6;  // correlation
+constexpr double kSmoothing = 1.0;       // deviation of the Gaussian, pixels
+constexpr float kDamping = 1.0F;         // lambda, (grey levels per pixel)^2
 
 cv::Mat1f Mean(const cv::Mat1f& values) {
   cv::Mat1f mean;
@@ -59,8 +60,7 @@ cv::Mat1f MedianPicture(const std::vector<cv::Mat1f>& pictures) {
   return median;
 }
 
-FixedPattern::FixedPattern(const cv::Mat1f& median, const FixedPatternOptions& options)
-    : options_(options), values_(median), mean_(Mean(median)) {
+FixedPattern::FixedPattern(const cv::Mat1f& median) : values_(median), mean_(Mean(median)) {
   cv::Sobel(values_, gx_, CV_32F, 1, 0, 3, 1.0 / 8.0);
   cv::Sobel(values_, gy_, CV_32F, 0, 1, 3, 1.0 / 8.0);
   mean_gx_ = Mean(gx_);
@@ -83,15 +83,13 @@ cv::Mat1b FixedPattern::Agreeing(const cv::Mat1f& picture) const {
   for (int y = 0; y < picture.rows; ++y) {
     for (int x = 0; x < picture.cols; ++x) {
       const double vm = variance_(y, x), vi = variance(y, x), c = im(y, x);
-      if (!(vm > 0.0 && vi > 0.0) || !(c >= options_.least_correlation * std::sqrt(vm * vi))) {
-        continue;
-      }
+      if (!(vm > 0.0 && vi > 0.0) || !(c >= kLeastOfPattern * std::sqrt(vm * vi))) continue;
       const double a = c / vm;
       const double bx = ix(y, x) / a - xm_(y, x), by = iy(y, x) / a - ym_(y, x);
       const double xx = xx_(y, x) + kDamping, yy = yy_(y, x) + kDamping, xy = xy_(y, x);
       const double determinant = xx * yy - xy * xy;
       const double shift = std::hypot(yy * bx - xy * by, xx * by - xy * bx) / determinant;
-      if (shift <= options_.most_shift_pixels) agreeing(y, x) = 255;
+      if (shift <= kMostShiftPixels) agreeing(y, x) = 255;
     }
   }
   return agreeing;

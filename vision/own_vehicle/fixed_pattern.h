@@ -7,8 +7,8 @@
 //   I ~ a M(x + u) + b,   a = cov(I, M) / var(M),
 //   (cov(G, G) + lambda) u = cov(G, I) / a - cov(G, M),   G the gradient of M              (FX1)
 //
-// and agrees with it where the correlation of I and M is at least `least_correlation` and |u| at
-// most `most_shift_pixels`. Objects that the camera follows are not fixed to a fraction of a pixel.
+// and agrees with it where the correlation of I and M is at least kLeastOfPattern and |u| at most
+// kMostShiftPixels. Objects that the camera follows are not fixed to a fraction of a pixel.
 //
 // Pictures are reduced to at most 640 pixels. Reference for the median: Dekel, Rubinstein, Liu &
 // Freeman (2017), on watermarks.
@@ -19,12 +19,8 @@
 
 namespace egosieve::vision {
 
-inline constexpr int kFixedPatternWindow = 11;  // pixels
-
-struct FixedPatternOptions {
-  double least_correlation = 0.6;  // in (0, 1)
-  double most_shift_pixels = 0.3;  // of the reduced picture; positive
-};
+inline constexpr int kFixedPatternWindow = 11;   // pixels
+inline constexpr double kMostShiftPixels = 0.3;  // of the reduced picture
 
 // Prepare a grey picture for the pattern: first reduce it, then smooth it.
 cv::Mat1b ReducedPicture(const cv::Mat1b& grey);
@@ -37,8 +33,8 @@ cv::Mat1f MedianPicture(const std::vector<cv::Mat1f>& pictures);
 
 class FixedPattern {
  public:
-  // median: M. `options` must be valid.
-  FixedPattern(const cv::Mat1f& median, const FixedPatternOptions& options);
+  // median: M.
+  explicit FixedPattern(const cv::Mat1f& median);
 
   cv::Size size() const { return values_.size(); }
   const cv::Mat1f& variance() const { return variance_; }
@@ -51,7 +47,6 @@ class FixedPattern {
   cv::Mat1b Agreeing(const cv::Mat1f& picture) const;
 
  private:
-  FixedPatternOptions options_;
   cv::Mat1f values_, mean_, variance_, gx_, gy_, mean_gx_, mean_gy_, xx_, xy_, yy_, xm_, ym_;
 };
 

@@ -6,7 +6,6 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "kernels/base/argument_checks.h"
 #include "vision/own_vehicle/mount_shake.h"
 #include "vision/statistics/order_statistics.h"
 #include "vision/trajectory/ground_bound.h"
@@ -16,6 +15,8 @@ namespace {
 
 // Pixels of a patch of the own vehicle.
 constexpr int kLeastArea = 2 * kFixedPatternWindow * kFixedPatternWindow;
+constexpr double kAgreeingShare = 0.8;
+constexpr double kLeastProof = 12.0, kMostOfPair = 4.0;  // of E; c, of one pair
 constexpr double kChangingShare = 0.2;  // of pictures with contrast at a place that is not blank
 constexpr int kClosing = 9;             // pixels: closes gaps, such as changing digits
 constexpr double kLeastBelow = 0.03;    // rays; closer to the horizon the ground is too far away
@@ -33,8 +34,7 @@ Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
 // The summand of (OV2) at a place of the original picture. scale: size of the reduced picture over
 // the original; times: n_k; is_steady: w_k is 0.
 double EvidenceOf(const PairWorld& world, double times, const Eigen::Vector2d& place,
-                  const Eigen::Matrix2d& s, double scale, const Pinhole& camera,
-                  const OwnVehicleOptions& options, bool is_steady) {
+                  const Eigen::Matrix2d& s, double scale, const Pinhole& camera, bool is_steady) {
   if (!world.motion.found) return 0.0;
   const Eigen::Vector3d ray = camera.Ray(place(0), place(1));
   const Eigen::Vector3d turned = world.motion.rotation * ray;
@@ -49,9 +49,9 @@ double EvidenceOf(const PairWorld& world, double times, const Eigen::Vector2d& p
   const double r = curvature > 0.0 ? std::max(least, -slope / curvature) : least;
   const double cost = w.dot(s * w) + 2.0 * r * slope + r * r * curvature;
   const double deviation = is_steady ? kTravelDeviation : 0.0;
-  const double sigma = std::hypot(options.pattern.most_shift_pixels,
-                                  deviation * times * scale * camera.focal_pixels * r);
-  return std::min(options.most_pair_evidence, 0.5 * cost / (sigma * sigma));
+  const double sigma =
+      std::hypot(kMostShiftPixels, deviation * times * scale * camera.focal_pixels * r);
+  return std::min(kMostOfPair, 0.5 * cost / (sigma * sigma));
 }
 
 // Removes patches not much larger than the window, which may agree by chance.
@@ -110,14 +110,13 @@ FixedPlaces NoPlaces(cv::Size image) {
 }
 
 // Step 1.
-FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image,
-                    const OwnVehicleOptions& options) {
+FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image) {
   FixedPlaces places = NoPlaces(image);
   const cv::Mat1f median = MedianPicture(pictures);
   median.convertTo(places.median, CV_8U);
-  const FixedPattern pattern(median, options.pattern);
+  const FixedPattern pattern(median);
   const cv::Size size = median.size();
-  const double least_variance = options.least_contrast * options.least_contrast;
+  const double least_variance = kLeastContrast * kLeastContrast;
   cv::Mat1i agreeing = cv::Mat1i::zeros(size), contrasting = cv::Mat1i::zeros(size);
   for (const cv::Mat1f& picture : pictures) {
     places.agreeing.push_back(pattern.Agreeing(picture));
@@ -132,7 +131,7 @@ FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image,
   places.s_yy = pattern.yy() / trace;
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
-      const bool agrees = agreeing(y, x) >= options.agreeing_share * count;
+      const bool agrees = agreeing(y, x) >= kAgreeingShare * count;
       if (agrees && pattern.variance()(y, x) >= least_variance) {
         places.kind(y, x) = FixedPlaces::kFixed;
       } else if (!agrees && contrasting(y, x) >= kChangingShare * count) {
@@ -144,22 +143,6 @@ FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image,
 }
 
 }  // namespace
-
-absl::Status OwnVehicleOptions::Validate() const {
-  return kernels::CheckOptions({
-      {"fewest_pictures", fewest_pictures, fewest_pictures >= 3, "be at least 3"},
-      {"pattern.least_correlation", pattern.least_correlation,
-       pattern.least_correlation > 0 && pattern.least_correlation < 1, "lie in (0, 1)"},
-      {"agreeing_share", agreeing_share, agreeing_share > 0 && agreeing_share <= 1,
-       "lie in (0, 1]"},
-      {"pattern.most_shift_pixels", pattern.most_shift_pixels,
-       kernels::IsPositive(pattern.most_shift_pixels), "be positive"},
-      {"least_contrast", least_contrast, kernels::IsPositive(least_contrast), "be positive"},
-      {"least_evidence", least_evidence, kernels::IsPositive(least_evidence), "be positive"},
-      {"most_pair_evidence", most_pair_evidence, kernels::IsPositive(most_pair_evidence),
-       "be positive"},
-  });
-}
 
 double LeastGroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
                         const Pinhole& camera) {
@@ -194,18 +177,16 @@ bool FixedPlaces::IsFixedIn(size_t picture, double x, double y) const {
   return IsFixed((place(0) + 0.5) / scale - 0.5, (place(1) + 0.5) / scale - 0.5);
 }
 
-FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
-                            const OwnVehicleOptions& options) {
-  if (static_cast<int>(reduced.size()) < options.fewest_pictures) return NoPlaces(image);
-  return FixedIn(Smooth(reduced), image, options);
+FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image) {
+  if (reduced.size() < kLeastPictures) return NoPlaces(image);
+  return FixedIn(Smooth(reduced), image);
 }
 
-FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image,
-                             const OwnVehicleOptions& options) {
-  if (static_cast<int>(reduced.size()) < options.fewest_pictures) return NoPlaces(image);
+FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image) {
+  if (reduced.size() < kLeastPictures) return NoPlaces(image);
   SteadyPictures steady = SteadyOnMount(Smooth(reduced));
-  if (TypicalShake(steady) <= options.pattern.most_shift_pixels) return NoPlaces(image);
-  FixedPlaces places = FixedIn(steady.pictures, image, options);
+  if (TypicalShake(steady) <= kMostShiftPixels) return NoPlaces(image);
+  FixedPlaces places = FixedIn(steady.pictures, image);
   places.shakes = std::move(steady.shakes);
   return places;
 }
@@ -219,7 +200,7 @@ cv::Mat1b OfTheImage(const cv::Mat1b& reduced, cv::Size image) {
 
 cv::Mat1b ProvenPlaces(const cv::Mat1b& candidates, const FixedPlaces& places,
                        const std::vector<PairWorld>& worlds, const Pinhole& camera,
-                       const OwnVehicleOptions& options, const std::vector<cv::Mat1b>* both_agree) {
+                       const std::vector<cv::Mat1b>* both_agree) {
   const double scale = static_cast<double>(places.kind.cols) / places.image.width;
   cv::Mat1b proven = cv::Mat1b::zeros(candidates.size());
   for (int y = 0; y < proven.rows; ++y) {
@@ -232,19 +213,18 @@ cv::Mat1b ProvenPlaces(const cv::Mat1b& candidates, const FixedPlaces& places,
       for (const PairWorld& world : worlds) {
         if (both_agree != nullptr && (*both_agree)[world.picture](y, x) == 0) continue;
         const double times = both_agree != nullptr ? 1.0 : world.times;
-        evidence +=
-            EvidenceOf(world, times, place, s, scale, camera, options, !places.shakes.empty());
+        evidence += EvidenceOf(world, times, place, s, scale, camera, !places.shakes.empty());
       }
-      if (evidence > options.least_evidence) proven(y, x) = 255;
+      if (evidence > kLeastProof) proven(y, x) = 255;
     }
   }
   return proven;
 }
 
 cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
-                          const Pinhole& camera, const OwnVehicleOptions& options) {
+                          const Pinhole& camera) {
   if (places.kind.empty()) return {};
-  cv::Mat1b own = ProvenPlaces(places.kind == FixedPlaces::kFixed, places, worlds, camera, options);
+  cv::Mat1b own = ProvenPlaces(places.kind == FixedPlaces::kFixed, places, worlds, camera);
   RemoveSmall(own);
   if (cv::countNonZero(own) != 0) FillEnclosed(places.kind, own);
   if (!places.shakes.empty()) own = Shaken(own, places.shakes);

@@ -2,7 +2,7 @@
 // moves. Bonnet, dashboard, mirror, time stamp, black borders and reflections in the windscreen.
 //
 // 1. Candidates. M is the median of pictures spread over the drive (fixed_pattern.h). A pixel with
-//    contrast in M is a candidate if `agreeing_share` of the pictures agree with M there.
+//    contrast in M is a candidate if kAgreeingShare of the pictures agree with M there.
 //
 // 2. Proof. Distant points straight ahead are fixed in the image as well, and so are lines that
 //    lead to them. From picture k to the next, k + 1, a static point at a candidate would move by
@@ -14,7 +14,8 @@
 //      E = sum_k min(c, min_r |S^(1/2) (w_k + n_k r e_k)|^2 / (2 sigma^2))                  (OV2)
 //
 //    is the log-likelihood ratio of "fixed" against "static scene". The candidate is own vehicle if
-//    E > least_evidence. r_k is that of the ground (ground_bound.h, GB1). Its slope here is 0.3
+//    E > kLeastProof; c is kMostOfPair, sigma kMostShiftPixels.
+//    r_k is that of the ground (ground_bound.h, GB1). Its slope here is 0.3
 //    times the median over static points below the horizon, because pictures so close in time show
 //    no clear mode.                                                                         (OV3)
 //
@@ -33,7 +34,6 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/own_vehicle/fixed_pattern.h"
@@ -41,16 +41,8 @@
 
 namespace egosieve::vision {
 
-struct OwnVehicleOptions {
-  int fewest_pictures = 12;         // with fewer, no own vehicle is found; at least 3
-  FixedPatternOptions pattern;      // its most_shift_pixels is sigma as well
-  double agreeing_share = 0.8;      // in (0, 1]
-  double least_contrast = 2.5;      // deviation in the window, grey levels; below: blank; positive
-  double least_evidence = 12.0;     // positive
-  double most_pair_evidence = 4.0;  // c, of one pair; positive
-
-  absl::Status Validate() const;
-};
+inline constexpr size_t kLeastPictures = 12;   // with fewer, no own vehicle is found
+inline constexpr double kLeastContrast = 2.5;  // deviation in the window, grey levels; below: blank
 
 // Motion of the static scene between a picture and one soon after it.
 struct PairWorld {
@@ -80,20 +72,17 @@ struct FixedPlaces {
   bool IsFixedIn(size_t picture, double x, double y) const;
 };
 
-// reduced: ReducedPicture() of pictures of the size `image`. `options` must be valid.
-FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
-                            const OwnVehicleOptions& options);
+// reduced: ReducedPicture() of pictures of the size `image`.
+FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image);
 
 // The same for a camera that shakes on its mount; without places where the mount holds.
-FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image,
-                             const OwnVehicleOptions& options);
+FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image);
 
-// Step 2: 255 at the `candidates` with E > least_evidence, else 0. both_agree: if given, 255 where
+// Step 2: 255 at the `candidates` with E > kLeastProof, else 0. both_agree: if given, 255 where
 // both pictures of a pair agree with M, by PairWorld::picture. Then only these pairs count at a
 // place, and n_k is 1.
 cv::Mat1b ProvenPlaces(const cv::Mat1b& candidates, const FixedPlaces& places,
                        const std::vector<PairWorld>& worlds, const Pinhole& camera,
-                       const OwnVehicleOptions& options,
                        const std::vector<cv::Mat1b>* both_agree = nullptr);
 
 // Enlarges a mask of the reduced picture to the size `image`; empty if no pixel is set.
@@ -102,6 +91,6 @@ cv::Mat1b OfTheImage(const cv::Mat1b& reduced, cv::Size image);
 // Steps 2 and 3: 255 on the own vehicle, else 0, of the size of the original pictures; empty if
 // there is none. Motions that were not found are skipped. camera: of the original pictures.
 cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
-                          const Pinhole& camera, const OwnVehicleOptions& options);
+                          const Pinhole& camera);
 
 }  // namespace egosieve::vision

@@ -2,10 +2,10 @@
 // there mixes the fixed pattern with the scene behind it, and its flow is that of neither.
 //
 // Few pictures agree with the drive's median M there (fixed_pattern.h), because the scene disturbs
-// them. Places with contrast in M that `recurring_share` of the pictures agree with are connected
+// them. Places with contrast in M that kRecurringShare of the pictures agree with are connected
 // to patches. Over the pairs both of whose pictures agree with M at the place, with n_k = 1, (OV2)
 // of own_vehicle.h is the log-likelihood ratio of "fixed" against "static scene". A patch is on the
-// windscreen if that exceeds least_evidence on `proven_share` of it.                     (WS1)
+// windscreen if that exceeds kLeastProof on kProvenShare of it.                         (WS1)
 //
 // Matches within half a window of a patch are affected as well. Pictures are reduced as in
 // own_vehicle.h.
@@ -19,16 +19,9 @@
 
 namespace egosieve::vision {
 
-struct WindscreenOptions {
-  double recurring_share = 0.2;  // in (0, 1]
-  double proven_share = 0.1;     // in (0, 1]
-};
-
 // 255 where matches are affected, else 0, of the size of the original pictures; empty if there are
-// none. places: of the first pictures of the pairs. seconds: the second pictures, reduced. fixed:
-// the options that `places` was made with; must be valid.
+// none. places: of the first pictures of the pairs. seconds: the second pictures, reduced.
 cv::Mat1b FindWindscreen(const FixedPlaces& places, const std::vector<cv::Mat1b>& seconds,
-                         const std::vector<PairWorld>& worlds, const Pinhole& camera,
-                         const OwnVehicleOptions& fixed, const WindscreenOptions& options = {});
+                         const std::vector<PairWorld>& worlds, const Pinhole& camera);
 
 }  // namespace egosieve::vision

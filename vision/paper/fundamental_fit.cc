@@ -9,8 +9,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "vision/geometry/mix_seed.h"
-#include "vision/paper/epipolar_distance.h"
 
 namespace egosieve::vision {
 namespace {
@@ -48,7 +46,23 @@ cv::Mat FindFundamental(const Points& first, const Points& second, uint64_t seed
   }
 }
 
+// |e| over the root of `squares`, of the norms of the lines' normals.
+double Ratio(double e, double squares) {
+  return squares > 0.0 ? std::abs(e) / std::sqrt(squares) : 0.0;
+}
+
 }  // namespace
+
+double SampsonDistance(const Eigen::Matrix3d& f, const PointPair& pair) {
+  const Eigen::Vector3d a(pair.x1, pair.y1, 1.0), b(pair.x2, pair.y2, 1.0);
+  const Eigen::Vector3d line2 = f * a, line1 = f.transpose() * b;
+  return Ratio(b.dot(line2), line1.head<2>().squaredNorm() + line2.head<2>().squaredNorm());
+}
+
+double PointToLineDistance(const Eigen::Matrix3d& f, const PointPair& pair) {
+  const Eigen::Vector3d line2 = f * Eigen::Vector3d(pair.x1, pair.y1, 1.0);
+  return Ratio(Eigen::Vector3d(pair.x2, pair.y2, 1.0).dot(line2), line2.head<2>().squaredNorm());
+}
 
 MotionModel FitFundamental(const std::vector<PointPair>& pairs, uint64_t seed) {
   MotionModel model;

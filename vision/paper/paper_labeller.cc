@@ -7,13 +7,10 @@
 #include "kernels/base/status_macros.h"
 #include "vision/frame/ignored_area.h"
 #include "vision/frame/repeated_picture.h"
-#include "vision/geometry/mix_seed.h"
 #include "vision/image/inside.h"
-#include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/label_outcome.h"
 #include "vision/labelling/reduced_labels.h"
 #include "vision/labelling/stopwatch.h"
-#include "vision/paper/epipolar_distance.h"
 #include "vision/paper/feature_extractor.h"
 #include "vision/paper/feature_matcher.h"
 #include "vision/paper/fundamental_fit.h"
@@ -132,16 +129,16 @@ absl::Status PaperLabeller::LabelPair(const PaperFrame& first, const PaperFrame&
   Stopwatch watch;
   PairCounts counts(second.grey.size());
   const std::vector<PointPair> pairs = MatchPlaces(first, second, options_, counts);
-  result.times.features_milliseconds = second.features_milliseconds;
-  result.times.matching_milliseconds = watch.LapMilliseconds();
-  if (!IsEnough(counts, options_.minimum_matches, result)) return absl::OkStatus();
+  result.milliseconds.features = second.features_milliseconds;
+  result.milliseconds.matching = watch.LapMilliseconds();
+  if (!IsEnough(counts, result)) return absl::OkStatus();
   const uint64_t seed =
       MixSeed(options_.seed, static_cast<uint64_t>(second.frame.index), kGeometryStep);
   const MotionModel model = FitFundamental(pairs, seed);
-  result.times.geometry_milliseconds = watch.LapMilliseconds();
+  result.milliseconds.geometry = watch.LapMilliseconds();
   RecordMotion(model, result);
   if (model.trusted) LabelByDistance(first, pairs, model, result);
-  result.times.labelling_milliseconds = watch.LapMilliseconds();
+  result.milliseconds.labelling = watch.LapMilliseconds();
   return absl::OkStatus();
 }
 

@@ -6,11 +6,10 @@
 #include "absl/strings/str_format.h"
 
 namespace egosieve::vision {
-namespace {
 
-// The points that agree with their predictions, or those that do not.
-absl::StatusOr<std::vector<int64_t>> Filter(absl::Span<const double> labels,
-                                            absl::Span<const float> predictions, bool agreeing) {
+absl::StatusOr<std::vector<int64_t>> FilterByAgreement(absl::Span<const double> labels,
+                                                       absl::Span<const float> predictions,
+                                                       bool agreeing) {
   if (labels.size() != predictions.size()) {
     return absl::InvalidArgumentError(
         absl::StrFormat("%d labels and %d predictions", labels.size(), predictions.size()));
@@ -27,18 +26,6 @@ absl::StatusOr<std::vector<int64_t>> Filter(absl::Span<const double> labels,
     if (agrees == agreeing) kept.push_back(static_cast<int64_t>(i));
   }
   return kept;
-}
-
-}  // namespace
-
-absl::StatusOr<std::vector<int64_t>> FilterByNovelty(absl::Span<const double> labels,
-                                                     absl::Span<const float> predictions) {
-  return Filter(labels, predictions, false);
-}
-
-absl::StatusOr<std::vector<int64_t>> FilterByConsistency(absl::Span<const double> labels,
-                                                         absl::Span<const float> predictions) {
-  return Filter(labels, predictions, true);
 }
 
 }  // namespace egosieve::vision

@@ -16,12 +16,10 @@
 
 namespace egosieve::vision {
 
-// Step 2: rows of points that the model classifies wrongly, increasing.
-absl::StatusOr<std::vector<int64_t>> FilterByNovelty(absl::Span<const double> labels,
-                                                     absl::Span<const float> predictions);
-
-// Step 3: rows of points that the model classifies correctly, increasing.
-absl::StatusOr<std::vector<int64_t>> FilterByConsistency(absl::Span<const double> labels,
-                                                         absl::Span<const float> predictions);
+// Rows of points that the model classifies correctly (`agreeing`, step 3) or wrongly (step 2),
+// increasing. InvalidArgument for other numbers than labels in [0, 1], and for NaN.
+absl::StatusOr<std::vector<int64_t>> FilterByAgreement(absl::Span<const double> labels,
+                                                       absl::Span<const float> predictions,
+                                                       bool agreeing);
 
 }  // namespace egosieve::vision

@@ -61,9 +61,9 @@ absl::Status CheckLabelledPoints(ConstMatrixView<T> inputs, absl::Span<const dou
 }
 
 template <typename T>
-absl::Status Check(ConstMatrixView<T> inputs, absl::Span<const double> labels,
-                   const DensityFilterOptions& options, absl::Span<const int64_t> order) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckLabelledPoints(inputs, labels, options.radius));
+absl::Status Check(ConstMatrixView<T> inputs, absl::Span<const double> labels, double radius,
+                   absl::Span<const int64_t> order) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckLabelledPoints(inputs, labels, radius));
   if (order.empty()) return absl::OkStatus();
   std::vector<bool> seen(labels.size(), false);
   for (const int64_t i : order) {
@@ -102,12 +102,13 @@ class Dropper {
   int64_t i_ = 0;
 };
 
+}  // namespace
+
 template <typename T>
-absl::StatusOr<std::vector<int64_t>> Filter(ConstMatrixView<T> inputs,
-                                            absl::Span<const double> labels,
-                                            const DensityFilterOptions& options,
-                                            absl::Span<const int64_t> order) {
-  EGOSIEVE_RETURN_IF_ERROR(Check(inputs, labels, options, order));
+absl::StatusOr<std::vector<int64_t>> FilterByDensity(ConstMatrixView<T> inputs,
+                                                     absl::Span<const double> labels, double radius,
+                                                     absl::Span<const int64_t> order) {
+  EGOSIEVE_RETURN_IF_ERROR(Check(inputs, labels, radius, order));
   const int64_t n = inputs.rows;
   std::vector<int64_t> sequence(order.begin(), order.end());
   if (order.empty()) {
@@ -115,10 +116,10 @@ absl::StatusOr<std::vector<int64_t>> Filter(ConstMatrixView<T> inputs,
     std::iota(sequence.begin(), sequence.end(), int64_t{0});
   }
   std::vector<bool> dropped(n, false);
-  if (options.radius > 0.0 && n > 1) {
+  if (radius > 0.0 && n > 1) {
     const PointCloud<T> cloud{inputs};
     const PointTree<T> tree(inputs.cols, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-    Dropper dropper(labels, options.radius * options.radius, dropped);
+    Dropper dropper(labels, radius * radius, dropped);
     std::vector<double> query(inputs.cols);
     for (const int64_t i : sequence) {
       if (dropped[i]) continue;
@@ -134,20 +135,11 @@ absl::StatusOr<std::vector<int64_t>> Filter(ConstMatrixView<T> inputs,
   return kept;
 }
 
-}  // namespace
-
-absl::StatusOr<std::vector<int64_t>> FilterByDensity(ConstMatrixView<double> inputs,
-                                                     absl::Span<const double> labels,
-                                                     const DensityFilterOptions& options,
-                                                     absl::Span<const int64_t> order) {
-  return Filter(inputs, labels, options, order);
-}
-
-absl::StatusOr<std::vector<int64_t>> FilterByDensity(ConstMatrixView<float> inputs,
-                                                     absl::Span<const double> labels,
-                                                     const DensityFilterOptions& options,
-                                                     absl::Span<const int64_t> order) {
-  return Filter(inputs, labels, options, order);
-}
+template absl::StatusOr<std::vector<int64_t>> FilterByDensity(ConstMatrixView<double>,
+                                                              absl::Span<const double>, double,
+                                                              absl::Span<const int64_t>);
+template absl::StatusOr<std::vector<int64_t>> FilterByDensity(ConstMatrixView<float>,
+                                                              absl::Span<const double>, double,
+                                                              absl::Span<const int64_t>);
 
 }  // namespace egosieve::vision

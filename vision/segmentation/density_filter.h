@@ -18,20 +18,13 @@
 
 namespace egosieve::vision {
 
-struct DensityFilterOptions {
-  double radius = 0.08;  // r, in input space; 0 keeps everything
-};
-
-// inputs: N x D; labels: N, in [0, 1]; order: a permutation of 0..N-1, first is preferred; empty:
+// inputs: N x D, double or float; labels: N, in [0, 1]; radius: r, in input space, 0 keeps
+// everything; order: a permutation of 0..N-1, first is preferred; empty:
 // the order of the rows. Returns the kept rows, increasing. InvalidArgument for NaN, wrong sizes or
 // r < 0.
-absl::StatusOr<std::vector<int64_t>> FilterByDensity(kernels::ConstMatrixView<double> inputs,
-                                                     absl::Span<const double> labels,
-                                                     const DensityFilterOptions& options,
-                                                     absl::Span<const int64_t> order = {});
-absl::StatusOr<std::vector<int64_t>> FilterByDensity(kernels::ConstMatrixView<float> inputs,
-                                                     absl::Span<const double> labels,
-                                                     const DensityFilterOptions& options,
+template <typename T>
+absl::StatusOr<std::vector<int64_t>> FilterByDensity(kernels::ConstMatrixView<T> inputs,
+                                                     absl::Span<const double> labels, double radius,
                                                      absl::Span<const int64_t> order = {});
 
 }  // namespace egosieve::vision

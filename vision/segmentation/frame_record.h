@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "vision/evidence/fusion.h"
-#include "vision/geometry/motion_model_kind.h"
+#include "vision/geometry/motion_model.h"
+#include "vision/labelling/labelled_frame.h"
 #include "vision/trajectory/camera_step.h"
 
 namespace egosieve::vision {
@@ -24,24 +25,6 @@ struct SelectionCounts {
   int64_t dropped_by_model_density = 0;
   int64_t dropped_by_age = 0;
   int64_t dropped_by_budget = 0;
-};
-
-struct StageMilliseconds {
-  double equalization = 0.0;
-  double features = 0.0;
-  double matching = 0.0;
-  double geometry = 0.0;
-  double labelling = 0.0;
-  double selection = 0.0;    // filters, their predictions, adding to and removing from the model
-  double training = 0.0;     // hyperparameters, and rebuilding the factor
-  double calibration = 0.0;  // leave-one-out, a and b
-  double posterior = 0.0;    // making the dense posterior of the model
-  double inference = 0.0;    // descriptors and posterior on the grid
-
-  double total() const {
-    return equalization + features + matching + geometry + labelling + selection + training +
-           calibration + posterior + inference;
-  }
 };
 
 struct FrameRecord {

@@ -32,6 +32,12 @@
 
 namespace egosieve::vision {
 
+// Every grid pixel gets the value of its nearest feature. positions: N x 2, (x, y) in pixels;
+// values: N. Returns grid.size() values, row-major; all are 0 if there are no features. Distances
+// are Euclidean; of equally near features the first one counts. O(grid log N).
+std::vector<float> SpreadToGrid(kernels::ConstMatrixView<double> positions,
+                                const std::vector<double>& values, const ImageGrid& grid);
+
 class LabelResidual {
  public:
   LabelResidual() = default;  // of no frame: changes no map

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
-#include "vision/geometry/motion_model_kind.h"
+#include "vision/geometry/motion_model.h"
 #include "vision/image/bilinear.h"
 #include "vision/image/cell_grid.h"
 

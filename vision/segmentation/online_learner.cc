@@ -55,8 +55,8 @@ std::vector<double> RandomRanks(size_t count, uint64_t seed, int64_t frame_index
 }  // namespace
 
 void OnlineLearnerOptions::SetDensity(double radius) {
-  new_point_density.radius = radius;
-  model_density.radius = 0.7 * radius;
+  new_point_radius = radius;
+  model_radius = 0.7 * radius;
 }
 
 int64_t OnlineLearnerOptions::ArrivalLimit(int64_t size) const {
@@ -69,10 +69,10 @@ absl::Status OnlineLearnerOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(budget.Validate());
   EGOSIEVE_RETURN_IF_ERROR(training.Validate());
   EGOSIEVE_RETURN_IF_ERROR(squash.Validate());
-  for (const auto* density : {&new_point_density, &model_density}) {
-    if (!(density->radius >= 0.0) || std::isinf(density->radius)) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "density radius = %g; it must be finite and not negative", density->radius));
+  for (const double radius : {new_point_radius, model_radius}) {
+    if (!(radius >= 0.0) || std::isinf(radius)) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("density radius = %g; it must be finite and not negative", radius));
     }
   }
   if (!(arrival_share > 0.0 && arrival_share <= 1.0)) {
@@ -154,7 +154,7 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
     arriving = Points();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> means, model_.PredictOwnMean());
     EGOSIEVE_ASSIGN_OR_RETURN(
-        alive, FilterByConsistency(LabelsOf(model_.targets()), PredictionsFromMeans(means)));
+        alive, FilterByAgreement(LabelsOf(model_.targets()), PredictionsFromMeans(means), true));
     counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
   } else {
     alive.resize(model_.size());
@@ -213,7 +213,7 @@ absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
     kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
     SelectionCounts& counts) const {
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> selected,
-                            FilterByDensity(inputs, labels, options_.new_point_density));
+                            FilterByDensity(inputs, labels, options_.new_point_radius));
   counts.dropped_by_density = inputs.rows - static_cast<int64_t>(selected.size());
   if (!options_.novelty_filter || model_.size() == 0) {
     return selected;
@@ -223,8 +223,9 @@ absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
       const std::vector<float> means,
       model_.PredictMean(kernels::ConstMatrixView<float>(
           candidates.data(), static_cast<int64_t>(selected.size()), inputs.cols)));
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> novel,
-                            FilterByNovelty(Gather(labels, selected), PredictionsFromMeans(means)));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const std::vector<int64_t> novel,
+      FilterByAgreement(Gather(labels, selected), PredictionsFromMeans(means), false));
   counts.dropped_by_novelty = static_cast<int64_t>(selected.size() - novel.size());
   std::vector<int64_t> rows;
   rows.reserve(novel.size());
@@ -250,7 +251,7 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
   EGOSIEVE_ASSIGN_OR_RETURN(
       std::vector<int64_t> kept,
       FilterByDensity(kernels::ConstMatrixView<double>(inputs.data(), total, dimension), labels,
-                      options_.model_density, newest_first));
+                      options_.model_radius, newest_first));
   counts.dropped_by_model_density = total - static_cast<int64_t>(kept.size());
 
   std::vector<int64_t> birth_frames;

@@ -55,10 +55,10 @@ struct OnlineLearnerOptions {
   double zero_label = 0.5;           // p0 of (T1); in (0, 0.5]
   bool scales_to_mean_zero = false;  // p0 is the mean label of the model's points instead
   bool random_start = false;         // hyperparameters drawn within their bounds, as in the paper
-  DensityFilterOptions new_point_density{0.08};
+  double new_point_radius = 0.08;    // of step 1
   bool novelty_filter = false;
   bool consistency_filter = false;
-  DensityFilterOptions model_density{0.056};
+  double model_radius = 0.056;  // of step 4
   BudgetOptions budget;
   // Largest number of new points per frame, as a share of the budget: a model of one frame alone
   // forgets movers that stop for a moment. While the model is small, as in the first frames, a

@@ -20,8 +20,6 @@
 namespace egosieve::vision {
 namespace {
 
-// Copies the results of a frame's labelling to its record.
-
 // Writes the fields of `record` that come from labelling, including its times.
 void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
   record.feature_count = labels.feature_count;
@@ -41,11 +39,7 @@ void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
   record.doubt = labels.doubt;
   record.step = labels.step;
   record.static_label_count = labels.size() - record.dynamic_label_count;
-  record.milliseconds.equalization = labels.times.equalization_milliseconds;
-  record.milliseconds.features = labels.times.features_milliseconds;
-  record.milliseconds.matching = labels.times.matching_milliseconds;
-  record.milliseconds.geometry = labels.times.geometry_milliseconds;
-  record.milliseconds.labelling = labels.times.labelling_milliseconds;
+  record.milliseconds = labels.milliseconds;
 }
 
 // What these values were chosen on: docs/constants.md.
@@ -153,26 +147,10 @@ Frame OnlineSegmenter::Equalized(const Frame& frame) const {
   return equalized;
 }
 
-absl::StatusOr<std::shared_ptr<const ExtractedFrame>> OnlineSegmenter::Extract(
-    const Frame& frame) const {
-  return labeller_->Extract(frame);
-}
-
-absl::Status OnlineSegmenter::Prepare(const ExtractedFrame& first,
-                                      const ExtractedFrame& second) const {
-  return labeller_->Prepare(first, second);
-}
-
-absl::StatusOr<LabelledFrame> OnlineSegmenter::Label(
-    std::shared_ptr<const ExtractedFrame> extracted,
-    const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead) {
-  return labeller_->Label(std::move(extracted), ahead);
-}
-
 absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
     const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted, bool with_posterior,
     const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead) {
-  EGOSIEVE_ASSIGN_OR_RETURN(LabelledFrame labels, Label(std::move(extracted), ahead));
+  EGOSIEVE_ASSIGN_OR_RETURN(LabelledFrame labels, labeller_->Label(std::move(extracted), ahead));
   return LearnLabels(frame, std::move(labels), with_posterior);
 }
 
@@ -281,7 +259,8 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
 }
 
 absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& frame) {
-  EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const ExtractedFrame> extracted, Extract(frame));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const ExtractedFrame> extracted,
+                            labeller_->Extract(frame));
   EGOSIEVE_ASSIGN_OR_RETURN(Learnt learnt, Learn(frame, std::move(extracted)));
   Result result;
   result.record = std::move(learnt.record);

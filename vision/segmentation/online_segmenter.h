@@ -1,8 +1,8 @@
 // The online segmenter: from frames to maps of moving things. It is the only place where the labels
 // (vision/labelling) and the Gaussian process (gp) meet.
 //
-//   Extract      frame -> features               any order, any thread
-//   Label        features -> labels              frames in order, one thread
+//   Extract      frame -> features               any order, any thread; of labeller()
+//   Label        features -> labels              frames in order, one thread; of labeller()
 //   LearnLabels  labels -> model -> posterior    frames in order, one thread, perhaps not Label's
 //   Infer        frame, posterior -> map         any order, any thread
 //
@@ -82,14 +82,8 @@ class OnlineSegmenter {
     FrameRecord record;
   };
 
-  absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
-  // FrameLabeller's. Not beside Restore.
-  absl::Status Prepare(const ExtractedFrame& first, const ExtractedFrame& second) const;
-  // `ahead`: the frames after this one, in order; at most options().ahead_frames, none for a live
-  // camera.
-  absl::StatusOr<LabelledFrame> Label(
-      std::shared_ptr<const ExtractedFrame> extracted,
-      const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead = {});
+  // Extracts and labels. Frames ahead: at most options().ahead_frames, none for a live camera.
+  FrameLabeller& labeller() { return *labeller_; }
   // Without `with_posterior` no posterior is made.
   absl::StatusOr<Learnt> LearnLabels(const Frame& frame, LabelledFrame labels,
                                      bool with_posterior = true);
@@ -104,19 +98,15 @@ class OnlineSegmenter {
 
   absl::StatusOr<Result> Process(const Frame& frame);
 
-  // FrameLabeller's.
-  LearntCamera learnt_camera() const { return labeller_->learnt_camera(); }
-
   absl::StatusOr<std::shared_ptr<const MapPosterior>> MakePosterior();
 
   // The state after the last learnt frame, as the bytes of a model file (gp/io/model_file.h). Call
   // it between two frames. This segmenter and one restored from the bytes continue with the same
   // bits.
-  absl::StatusOr<std::string> Checkpoint() { return Checkpoint(LabellerState()); }
-  // The same where Label is ahead of LearnLabels: `labeller_state` is LabellerState(), taken right
-  // after the frame's Label on the labelling thread.
+  absl::StatusOr<std::string> Checkpoint() { return Checkpoint(labeller_->state()); }
+  // The same where Label is ahead of LearnLabels: `labeller_state` is labeller().state(), taken
+  // right after the frame's Label on the labelling thread.
   absl::StatusOr<std::string> Checkpoint(absl::string_view labeller_state);
-  std::string LabellerState() const { return labeller_->state(); }
   // Continues from a checkpoint. `recent`: the frames of the last HistoryFrames() pictures before
   // it (repeated_picture.h; all, if there were fewer), oldest first.
   absl::Status Restore(absl::string_view checkpoint, const std::vector<Frame>& recent);

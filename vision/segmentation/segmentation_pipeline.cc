@@ -77,10 +77,11 @@ class Stages {
     if (item.result.damage.has_value()) return absl::OkStatus();
     {
       StageTimer timer(item.extract_milliseconds);
-      EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.Extract(item.result.frame));
+      EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.labeller().Extract(item.result.frame));
     }
     StageTimer timer(item.prepare_milliseconds);
-    if (before_ != nullptr) EGOSIEVE_RETURN_IF_ERROR(segmenter_.Prepare(*before_, *item.extracted));
+    if (before_ != nullptr)
+      EGOSIEVE_RETURN_IF_ERROR(segmenter_.labeller().Prepare(*before_, *item.extracted));
     before_ = item.extracted;
     return absl::OkStatus();
   }
@@ -104,10 +105,10 @@ class Stages {
   absl::Status Label(InFlight& item) const {
     if (item.extracted != nullptr) {
       EGOSIEVE_ASSIGN_OR_RETURN(item.result.labels,
-                                segmenter_.Label(std::move(item.extracted), item.ahead));
+                                segmenter_.labeller().Label(std::move(item.extracted), item.ahead));
       item.ahead.clear();
     }
-    if (IsCheckpointDue(item)) item.labeller_state = segmenter_.LabellerState();
+    if (IsCheckpointDue(item)) item.labeller_state = segmenter_.labeller().state();
     return absl::OkStatus();
   }
 

@@ -5,14 +5,14 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "kernels/base/argument_checks.h"
-#include "kernels/base/status_macros.h"
 #include "vision/image/bilinear.h"
 #include "vision/image/inside.h"
 #include "vision/image/node_grid.h"
 
 namespace egosieve::vision {
 namespace {
+
+constexpr double kAgreementFloor = 1.0, kAgreementSlope = 0.1;  // the former in pixels
 
 // The length of history that all four tracks have: the least of their lengths.
 int64_t CommonLength(const Track* const (&around)[4]) {
@@ -27,25 +27,10 @@ cv::Point2f Step(const Track& track, int k) { return track.places[k] - track.pla
 
 }  // namespace
 
-absl::Status GridTrackerOptions::Validate() const {
-  return kernels::CheckOptions({
-      {"stride_pixels", stride_pixels, stride_pixels >= 1, "be positive"},
-      {"frame_step", frame_step, frame_step >= 1, "be positive"},
-      {"agreement_floor", agreement_floor, kernels::IsPositive(agreement_floor), "be positive"},
-      {"agreement_slope", agreement_slope, kernels::IsNotNegative(agreement_slope),
-       "not be negative"},
-  });
-}
-
-absl::StatusOr<GridTracker> GridTracker::Create(const GridTrackerOptions& options) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  return GridTracker(options);
-}
-
 Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_size) const {
-  const int stride = options_.stride_pixels;
   const auto among = [&](float pixels, int count) {  // the nodes
-    return AroundClamped<AtLast::kAlone>((pixels - stride / 2) / static_cast<float>(stride), count);
+    return AroundClamped<AtLast::kAlone>((pixels - stride_ / 2) / static_cast<float>(stride_),
+                                         count);
   };
   const Around<float> x = among(before.x, state_.nodes.width);
   const Around<float> y = among(before.y, state_.nodes.height);
@@ -56,7 +41,7 @@ Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_
                                   at(y.high, x.high)};
   const float weights[4] = {(1 - x.share) * (1 - y.share), x.share * (1 - y.share),
                             (1 - x.share) * y.share, x.share * y.share};
-  const Track& nearest = state_.tracks[NearestNode(before, state_.nodes, options_.stride_pixels)];
+  const Track& nearest = state_.tracks[NearestNode(before, state_.nodes, stride_)];
 
   Track track;
   track.parent_id = nearest.id;
@@ -77,7 +62,7 @@ Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_
         const cv::Point2f other = Step(*around[n], k);
         spread = std::max(spread, cv::norm(other - step));
       }
-      agree = spread <= options_.agreement_floor + options_.agreement_slope * cv::norm(step);
+      agree = spread <= kAgreementFloor + kAgreementSlope * cv::norm(step);
       if (agree) offset = mean;
     }
     const cv::Point2f place = before + offset;
@@ -89,59 +74,35 @@ Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_
   return track;
 }
 
-int64_t GridTracker::NodeOf(const PointPair& link, cv::Size nodes) const {
-  const int stride = options_.stride_pixels;
-  const double column = (link.x2 - stride / 2) / stride, row = (link.y2 - stride / 2) / stride;
-  const bool is_node = column == std::floor(column) && row == std::floor(row) && column >= 0 &&
-                       row >= 0 && column < nodes.width && row < nodes.height;
-  return is_node ? static_cast<int64_t>(row) * nodes.width + static_cast<int64_t>(column) : -1;
-}
-
-absl::Status GridTracker::Advance(int64_t frame_index, cv::Size image_size,
-                                  const std::vector<PointPair>& links) {
-  if (frame_index < 0 || frame_index <= state_.frame_index) {
-    return absl::InvalidArgumentError(absl::StrCat("frame ", frame_index, " after frame ",
-                                                   state_.frame_index, "; indices must grow"));
-  }
-  const int stride = options_.stride_pixels;
+void GridTracker::Advance(int64_t frame_index, cv::Size image_size,
+                          const std::vector<PointPair>& links) {
   GridTrackerState next;
   next.frame_index = frame_index;
   next.next_id = state_.next_id;
-  next.nodes = NodesOf(image_size, stride);
-  if (next.nodes.width < 1 || next.nodes.height < 1) {
-    return absl::InvalidArgumentError(absl::StrCat("an image of ", image_size.width, " x ",
-                                                   image_size.height, " has no node of the grid"));
-  }
+  next.nodes = NodesOf(image_size, stride_);
   next.tracks.resize(next.nodes.area());
   for (size_t n = 0; n < next.tracks.size(); ++n) {
     next.tracks[n].length = 1;
-    next.tracks[n].places[0] = PlaceOfNode(static_cast<int>(n), next.nodes.width, stride);
+    next.tracks[n].places[0] = PlaceOfNode(static_cast<int>(n), next.nodes.width, stride_);
   }
-  const bool follows = !state_.tracks.empty() &&
-                       frame_index == state_.frame_index + options_.frame_step &&
-                       next.nodes == state_.nodes;
-  if (follows) EGOSIEVE_RETURN_IF_ERROR(Link(image_size, links, next));
+  const bool follows =
+      !state_.tracks.empty() && frame_index == state_.frame_index + 1 && next.nodes == state_.nodes;
+  if (follows) Link(image_size, links, next);
   for (Track& track : next.tracks) {
     if (track.id < 0) track.id = next.next_id++;
   }
   state_ = std::move(next);
-  return absl::OkStatus();
 }
 
-absl::Status GridTracker::Link(cv::Size image_size, const std::vector<PointPair>& links,
-                               GridTrackerState& next) const {
+void GridTracker::Link(cv::Size image_size, const std::vector<PointPair>& links,
+                       GridTrackerState& next) const {
   std::vector<int64_t> heirs(state_.tracks.size(), -1);  // by parent
   std::vector<float> distances(state_.tracks.size(), 0.0F);
   for (const PointPair& link : links) {
-    const int64_t n = NodeOf(link, next.nodes);
-    if (n < 0 || !IsInside(link.x1, link.y1, image_size) || next.tracks[n].length != 1) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "the link from (", link.x1, ", ", link.y1, ") to (", link.x2, ", ", link.y2,
-          ") must begin in the image and end in a node of the grid that no other ends in"));
-    }
+    const int64_t n = NodeAt(link.x2, link.y2, next.nodes.width, stride_);
     const cv::Point2f before(link.x1, link.y1);
     next.tracks[n] = Inherit(next.tracks[n].places[0], before, image_size);
-    const int64_t parent = NearestNode(before, state_.nodes, options_.stride_pixels);
+    const int64_t parent = NearestNode(before, state_.nodes, stride_);
     const cv::Point2f off = before - state_.tracks[parent].places[0];
     const float distance = off.dot(off);
     if (heirs[parent] >= 0 && distances[parent] <= distance) continue;
@@ -151,7 +112,6 @@ absl::Status GridTracker::Link(cv::Size image_size, const std::vector<PointPair>
   for (size_t p = 0; p < heirs.size(); ++p) {
     if (heirs[p] >= 0) next.tracks[heirs[p]].id = state_.tracks[p].id;
   }
-  return absl::OkStatus();
 }
 
 void GridTracker::EndAll() { state_.tracks.clear(); }
@@ -163,7 +123,12 @@ absl::Status GridTracker::Restore(GridTrackerState state) {
     return absl::InvalidArgumentError(absl::StrCat("grid tracker state has ", state.tracks.size(),
                                                    " tracks for ", state.nodes.area(), " nodes"));
   }
-  EGOSIEVE_RETURN_IF_ERROR(CheckTracks("grid tracker state", state.tracks, state.next_id));
+  for (const Track& track : state.tracks) {
+    if (track.id >= 0 && track.id < state.next_id && track.length >= 1) continue;
+    return absl::InvalidArgumentError(absl::StrCat("grid tracker state has a track ", track.id,
+                                                   " of length ", track.length, "; the next id is ",
+                                                   state.next_id));
+  }
   state_ = std::move(state);
   return absl::OkStatus();
 }

@@ -7,7 +7,7 @@
 //
 // o is interpolated bilinearly between the four nodes around x_(t-1), as long as they moved alike:
 // back to the first k where their steps places[k] - places[k - 1] differ by more than
-// `agreement_floor + agreement_slope |step|`. For that k and older places, and so at the edges of
+// kAgreementFloor + kAgreementSlope |step|. For that k and older places, and so at the edges of
 // objects, the nearest node's o is taken. A history ends where it leaves the image, even if that of
 // a neighbouring node does not. The check of each link limits drift; a node without a link starts a
 // new track.
@@ -18,24 +18,28 @@
 // the complete state: a tracker restored from it continues with the same bits.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "vision/geometry/point_pair.h"
-#include "vision/tracking/track.h"
 
 namespace egosieve::vision {
 
-struct GridTrackerOptions {
-  int stride_pixels = 5;         // of the grid, that of the links; positive
-  int frame_step = 1;            // from one frame of a chain to the next; positive
-  double agreement_floor = 1.0;  // pixels; positive
-  double agreement_slope = 0.1;  // >= 0
+// One scene point followed through consecutive frames. A track may have any length; its places in
+// the last kTrackHistory frames are kept.
+inline constexpr int kTrackHistory = 16;
 
-  absl::Status Validate() const;
+struct Track {
+  int64_t id = -1;         // unique within a drive
+  int64_t parent_id = -1;  // id in the frame before, another track's after a split; -1: none
+  int64_t length = 0;      // frames since its start, including the current one
+  std::array<cv::Point2f, kTrackHistory> places;  // [k]: k frames before the current one, pixels
+
+  // Whether places[k] exists.
+  bool Reaches(int k) const { return k >= 0 && k < kTrackHistory && k < length; }
 };
 
 struct GridTrackerState {
@@ -47,15 +51,14 @@ struct GridTrackerState {
 
 class GridTracker {
  public:
-  static absl::StatusOr<GridTracker> Create(const GridTrackerOptions& options);
+  // stride_pixels: of the grid, that of the links; positive.
+  explicit GridTracker(int stride_pixels) : stride_(stride_pixels) {}
 
-  // links: from the last frame (1) to this one (2), which must be `frame_step` later. Their ends
-  // are nodes of the grid, each at most once, as from TrackGrid with anchor_second. If frame_index
-  // or the image's size is another, links are ignored and all tracks start anew. InvalidArgument
-  // for an index that does not increase, for an empty size, and for links whose end is no node or
-  // whose beginning is outside the image; the state is then unchanged.
-  absl::Status Advance(int64_t frame_index, cv::Size image_size,
-                       const std::vector<PointPair>& links);
+  // links: from the last frame (1), inside the image, to this one (2), whose index is the next.
+  // Their ends are nodes of the grid, each at most once, as from TrackGrid with anchor_second. If
+  // the index is a later one or the image's size another, links are ignored and all tracks start
+  // anew.
+  void Advance(int64_t frame_index, cv::Size image_size, const std::vector<PointPair>& links);
 
   // Ends all tracks, as after a cut. Ids continue.
   void EndAll();
@@ -66,17 +69,12 @@ class GridTracker {
   absl::Status Restore(GridTrackerState state);
 
  private:
-  explicit GridTracker(const GridTrackerOptions& options) : options_(options) {}
-
   // Gives linked nodes of `next` their history, and each parent's id to its nearest child.
-  absl::Status Link(cv::Size image_size, const std::vector<PointPair>& links,
-                    GridTrackerState& next) const;
+  void Link(cv::Size image_size, const std::vector<PointPair>& links, GridTrackerState& next) const;
   // (GT1) for a node that came from `before`; a track without an id.
   Track Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_size) const;
-  // The node that a link ends in, or -1.
-  int64_t NodeOf(const PointPair& link, cv::Size nodes) const;
 
-  GridTrackerOptions options_;
+  int stride_;
   GridTrackerState state_;
 };
 

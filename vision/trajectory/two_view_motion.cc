@@ -9,7 +9,6 @@
 #include <numbers>
 #include <utility>
 
-#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "vision/statistics/order_statistics.h"
 #include "vision/statistics/robust_scale.h"
@@ -23,9 +22,13 @@ using namespace two_view;  // NOLINT(google-build-using-namespace): its other ha
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
-constexpr size_t kFewestPairs = 20;
-constexpr double kLeastMovingScale = 8.0;  // of S, in sigma
-constexpr double kLongestTurn = 0.2;       // per step, radians
+constexpr size_t kFewestPairs = 20, kMostPairsUsed = 600;  // the latter drawn evenly
+constexpr int kDirections = 60;                            // translations tried
+constexpr size_t kRefined = 4;                             // of these, iterated to convergence
+constexpr int kRefinedIterations = 12;
+constexpr double kFloorPixels = 0.12, kStartPixels = 0.35, kMostPixels = 2.0;  // of sigma
+constexpr double kLeastMovingScale = 8.0;                                      // of S, in sigma
+constexpr double kLongestTurn = 0.2;                                           // per step, radians
 // The search makes this many steps, on every kSearchEvery-th pair.
 constexpr int kSearchIterations = 6;
 constexpr size_t kSearchEvery = 3;
@@ -217,7 +220,7 @@ void UpdateScales(const RayBlocks& pairs, double floor, double most, State& stat
 RayBlocks Sample(const std::vector<PointPair>& pairs, absl::Span<const float> moved,
                  const Pinhole& camera, const TwoViewMotionOptions& options) {
   RayBlocks rays;
-  const size_t count = std::min<size_t>(pairs.size(), options.max_pairs);
+  const size_t count = std::min(pairs.size(), kMostPairsUsed);
   for (size_t k = 0; k < count; ++k) {
     const size_t i = k * pairs.size() / count;
     const PointPair& pair = pairs[i];
@@ -260,8 +263,7 @@ Vector3d Direction(int k, int n) {
   return {radius * std::cos(angle), radius * std::sin(angle), z};
 }
 
-std::vector<State> Search(const RayBlocks& pairs, double noise, int directions,
-                          const TravelPrior& travel) {
+std::vector<State> Search(const RayBlocks& pairs, double noise, const TravelPrior& travel) {
   State start;
   const double scale = FitRotation(pairs, noise, start.rotation);
   std::vector<double> lengths;
@@ -278,19 +280,19 @@ std::vector<State> Search(const RayBlocks& pairs, double noise, int directions,
   }
   std::vector<State> states;
   if (travel.IsKnown()) states.emplace_back(start).tau = travel.direction;
-  for (int k = 0; k < directions; ++k) states.emplace_back(start).tau = Direction(k, directions);
+  for (int k = 0; k < kDirections; ++k) states.emplace_back(start).tau = Direction(k, kDirections);
   kernels::ParallelFor(static_cast<int64_t>(states.size()),
                        [&](int64_t k) { Climb(coarse, travel, kSearchIterations, states[k]); });
   return states;
 }
 
 // The best states whose translations differ from those of better ones.
-std::vector<State> BestApart(std::vector<State> states, int count) {
+std::vector<State> BestApart(std::vector<State> states) {
   std::sort(states.begin(), states.end(),
             [](const State& a, const State& b) { return a.score > b.score; });
   std::vector<State> best;
   for (const State& state : states) {
-    if (static_cast<int>(best.size()) == count) break;
+    if (best.size() == kRefined) break;
     if (std::all_of(best.begin(), best.end(),
                     [&](const State& other) { return other.tau.dot(state.tau) < kApart; })) {
       best.push_back(state);
@@ -299,14 +301,14 @@ std::vector<State> BestApart(std::vector<State> states, int count) {
   return best;
 }
 
-void Converge(const RayBlocks& pairs, const Pinhole& camera, const TwoViewMotionOptions& options,
+void Converge(const RayBlocks& pairs, const Pinhole& camera, const TravelPrior& travel,
               State& state) {
   for (int round = 0; round < 3; ++round) {
-    Climb(pairs, options.travel, options.iterations, state);
-    UpdateScales(pairs, options.noise_floor_pixels / camera.focal_pixels,
-                 options.most_noise_pixels / camera.focal_pixels, state);
+    Climb(pairs, travel, kRefinedIterations, state);
+    UpdateScales(pairs, kFloorPixels / camera.focal_pixels, kMostPixels / camera.focal_pixels,
+                 state);
   }
-  Climb(pairs, options.travel, options.iterations, state);
+  Climb(pairs, travel, kRefinedIterations, state);
 }
 
 TwoViewMotion MotionOf(const RayBlocks& pairs, const Pinhole& camera, const State& state) {
@@ -337,31 +339,15 @@ TwoViewMotion MotionOf(const RayBlocks& pairs, const Pinhole& camera, const Stat
 
 }  // namespace
 
-absl::Status TwoViewMotionOptions::Validate() const {
-  return kernels::CheckOptions({
-      {"max_pairs", max_pairs, max_pairs >= 20, "be at least 20"},
-      {"directions", directions, directions >= 8, "be at least 8"},
-      {"refined", refined, refined >= 1, "be at least 1"},
-      {"iterations", iterations, iterations >= 1, "be at least 1"},
-      {"noise_floor_pixels", noise_floor_pixels, noise_floor_pixels > 0, "be positive"},
-      {"start_noise_pixels", start_noise_pixels, start_noise_pixels >= noise_floor_pixels,
-       "be at least noise_floor_pixels"},
-      {"most_noise_pixels", most_noise_pixels, most_noise_pixels >= start_noise_pixels,
-       "be at least start_noise_pixels"},
-      {"memory", memory, memory >= 0 && memory < 1, "be at least 0 and below 1"},
-  });
-}
-
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
                                     const TwoViewMotionOptions& options,
                                     absl::Span<const float> moved) {
   if (pairs.size() < kFewestPairs) return {};
   const RayBlocks rays = Sample(pairs, moved, camera, options);
-  std::vector<State> states = Search(rays, options.start_noise_pixels / camera.focal_pixels,
-                                     options.directions, options.travel);
-  states = BestApart(std::move(states), options.refined);
+  std::vector<State> states =
+      BestApart(Search(rays, kStartPixels / camera.focal_pixels, options.travel));
   kernels::ParallelFor(static_cast<int64_t>(states.size()),
-                       [&](int64_t k) { Converge(rays, camera, options, states[k]); });
+                       [&](int64_t k) { Converge(rays, camera, options.travel, states[k]); });
   const auto best =
       std::max_element(states.begin(), states.end(),
                        [](const State& a, const State& b) { return a.score < b.score; });

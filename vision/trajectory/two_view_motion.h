@@ -25,7 +25,7 @@
 //   log( pi p(d | static) + (1 - pi) p(d | moving) )                                       (TV6)
 //
 // by expectation maximisation with Gauss-Newton steps in the rotation (3) and in tau (2). It starts
-// from `directions` translations spread evenly over the sphere, and the best `refined` of them are
+// from kDirections translations spread evenly over the sphere, and the best kRefined of them are
 // iterated to convergence. No random numbers are drawn. Where the direction of travel of the drive
 // is known (travel_prior.h), its log density at tau, divided by the number of independent pairs, is
 // added to (TV6): in traffic, vehicles that move with the camera can outnumber the static scene for
@@ -44,7 +44,7 @@
 //
 //   p(d | static) = sum_k w_k (TV4) with s_k sigma in place of sigma                       (TV8)
 //
-// Cost: linear in the pairs, of which no more than `max_pairs` are used. References: Irani &
+// Cost: linear in the pairs, of which no more than kMostPairsUsed are used. References: Irani &
 // Anandan (1998) on plane and parallax; Fermueller & Aloimonos (1998) on the search over directions
 // of translation.
 #pragma once
@@ -54,7 +54,6 @@
 #include <optional>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/types/span.h"
 #include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
@@ -67,17 +66,8 @@ namespace egosieve::vision {
 inline bool IsParallax(double pixels, double noise_pixels) { return 2.0 * noise_pixels < pixels; }
 
 struct TwoViewMotionOptions {
-  int max_pairs = 600;               // drawn evenly from the pairs given; at least 20
-  int directions = 60;               // translations tried; at least 8
-  int refined = 4;                   // of these, iterated to convergence; at least 1
-  int iterations = 12;               // of each refined one; at least 1
-  double noise_floor_pixels = 0.12;  // least sigma; positive
-  double start_noise_pixels = 0.35;  // sigma at the start of the search; positive
-  double most_noise_pixels = 2.0;    // greatest sigma
-  TravelPrior travel;                // prior of tau, where known for the drive
-  double memory = 0.97;              // h of (TV7), in [0, 1)
-
-  absl::Status Validate() const;
+  TravelPrior travel;    // prior of tau, where known for the drive
+  double memory = 0.97;  // h of (TV7), in [0, 1)
 };
 
 struct TwoViewMotion {
@@ -111,7 +101,7 @@ struct TwoViewMotion {
   static constexpr double kIndependentPairs = 30.0;
 };
 
-// pairs: pixels, first picture to second. `options` must be valid. moved: p_i of (TV7), one per
+// pairs: pixels, first picture to second. moved: p_i of (TV7), one per
 // pair; empty: not known.
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
                                     const TwoViewMotionOptions& options,

@@ -66,7 +66,7 @@ TEST(EvidenceAccumulator, CarsAheadThatPullAwayAreFound) {
   EvidenceFrame frame;
   for (int t = 0; t <= 5; ++t) {
     frame = FrameOf(street, t);
-    result = *accumulator.Add(frame);
+    result = accumulator.Add(frame);
   }
   int movers = 0, found = 0, statics = 0, mistaken = 0;
   for (size_t i = 0; i < frame.points.size(); ++i) {
@@ -89,12 +89,12 @@ TEST(EvidenceAccumulator, CarsAheadThatPullAwayAreFound) {
 TEST(EvidenceAccumulator, MemoryOutlastsFramesWithoutEvidenceAndFades) {
   const PointStreet street(Busy());
   EvidenceAccumulator accumulator;
-  for (int t = 0; t <= 5; ++t) ASSERT_TRUE(accumulator.Add(FrameOf(street, t)).ok());
+  for (int t = 0; t <= 5; ++t) accumulator.Add(FrameOf(street, t));
   double last = 1.0;
   for (int t = 6; t <= 8; ++t) {
     EvidenceFrame frame = FrameOf(street, t);
     frame.world.reset();
-    const EvidenceResult result = *accumulator.Add(frame);
+    const EvidenceResult result = accumulator.Add(frame);
     double sum = 0.0;
     int movers = 0;
     for (size_t i = 0; i < frame.points.size(); ++i) {
@@ -123,7 +123,7 @@ TEST(EvidenceAccumulator, TheShareOfMoversIsThatOfBlankPointsToo) {
     for (EvidencePoint& point : frame.points) {
       point.estimates = street.moves(point.track_id) || point.track_id % 4 == 0;
     }
-    result = *accumulator.Add(frame);
+    result = accumulator.Add(frame);
   }
   double movers = 0.0, judged = 0.0, estimating = 0.0;
   for (size_t i = 0; i < frame.points.size(); ++i) {
@@ -140,7 +140,7 @@ TEST(EvidenceAccumulator, TheShareOfMoversIsThatOfBlankPointsToo) {
 TEST(EvidenceAccumulator, NewPointsWithoutEvidenceAreNotJudged) {
   const PointStreet street(Busy());
   EvidenceAccumulator accumulator;
-  const EvidenceResult result = *accumulator.Add(FrameOf(street, 0));
+  const EvidenceResult result = accumulator.Add(FrameOf(street, 0));
   for (const PointEvidence& point : result.points) {
     EXPECT_FALSE(point.judged);
     EXPECT_EQ(point.probability, 0.5);
@@ -161,7 +161,7 @@ TEST(EvidenceAccumulator, RestoredStateGoesOnBitForBit) {
     EvidenceAccumulator fresh;
     ASSERT_TRUE(fresh.Restore(resumed.state()).ok());
     resumed = fresh;
-    ExpectSame(*whole.Add(frame), *resumed.Add(frame));
+    ExpectSame(whole.Add(frame), resumed.Add(frame));
   }
 }
 
@@ -172,7 +172,7 @@ TEST(EvidenceAccumulator, StateIsBoundedByTheFrame) {
     EvidenceFrame frame = FrameOf(street, t);
     frame.grey = cv::Mat(frame.size, CV_8UC1, cv::Scalar(7));
     for (EvidencePoint& point : frame.points) point.track_id += 100000 * t;  // all new
-    ASSERT_TRUE(accumulator.Add(frame).ok());
+    accumulator.Add(frame);
     EXPECT_LE(accumulator.state().memories.size(), frame.points.size());
   }
 }
@@ -182,14 +182,14 @@ TEST(EvidenceAccumulator, ADroppedFrameLosesItsTracksAndNothingElse) {
   options.mover_count = 10;
   const PointStreet street(options);
   EvidenceAccumulator accumulator;
-  for (int t = 0; t <= 4; ++t) ASSERT_TRUE(accumulator.Add(FrameOf(street, t)).ok());
+  for (int t = 0; t <= 4; ++t) accumulator.Add(FrameOf(street, t));
   // Frames 5 to 7 never came; tracks start anew at 8, as a tracker would have it.
-  const EvidenceResult first = *accumulator.Add(FrameOf(street, 8, 8));
+  const EvidenceResult first = accumulator.Add(FrameOf(street, 8, 8));
   for (const PointEvidence& point : first.points) {
     for (const bool present : point.present) EXPECT_FALSE(present);
   }
-  ASSERT_TRUE(accumulator.Add(FrameOf(street, 9, 8)).ok());
-  const EvidenceResult third = *accumulator.Add(FrameOf(street, 10, 8));
+  accumulator.Add(FrameOf(street, 9, 8));
+  const EvidenceResult third = accumulator.Add(FrameOf(street, 10, 8));
   EXPECT_TRUE(std::any_of(third.points.begin(), third.points.end(),
                           [](const PointEvidence& point) { return point.judged; }));
 }
@@ -197,37 +197,15 @@ TEST(EvidenceAccumulator, ADroppedFrameLosesItsTracksAndNothingElse) {
 TEST(EvidenceAccumulator, ACutAndAnotherSizeStartAnew) {
   const PointStreet street(Busy());
   EvidenceAccumulator accumulator;
-  for (int t = 0; t <= 4; ++t) ASSERT_TRUE(accumulator.Add(FrameOf(street, t)).ok());
+  for (int t = 0; t <= 4; ++t) accumulator.Add(FrameOf(street, t));
   EXPECT_FALSE(accumulator.state().memories.empty());
   accumulator.Interrupt();
   EXPECT_TRUE(accumulator.state().memories.empty());
 
   EvidenceFrame frame = FrameOf(street, 5);
   frame.size = cv::Size(1300, 400);
-  ASSERT_TRUE(accumulator.Add(frame).ok());
+  accumulator.Add(frame);
   EXPECT_EQ(accumulator.state().size, frame.size);
-}
-
-TEST(EvidenceAccumulator, ErrorsLeaveTheStateUnchanged) {
-  const PointStreet street(Busy());
-  EvidenceAccumulator accumulator;
-  ASSERT_TRUE(accumulator.Add(FrameOf(street, 3)).ok());
-  const auto refused = [&](const EvidenceFrame& frame) {
-    return accumulator.Add(frame).status().code() == absl::StatusCode::kInvalidArgument;
-  };
-  EvidenceFrame frame = FrameOf(street, 3);
-  EXPECT_TRUE(refused(frame));
-  frame = FrameOf(street, 4);
-  frame.size = {};
-  EXPECT_TRUE(refused(frame));
-  frame = FrameOf(street, 4);
-  frame.grey = cv::Mat(10, 10, CV_8UC1);
-  EXPECT_TRUE(refused(frame));
-  frame = FrameOf(street, 4);
-  frame.points[1].track_id = frame.points[0].track_id;
-  EXPECT_TRUE(refused(frame));
-  EXPECT_EQ(accumulator.state().last_index, 3);
-  EXPECT_TRUE(accumulator.Add(FrameOf(street, 4)).ok());
 }
 
 TEST(EvidenceAccumulator, PlacesThatAreNoNumbersAreNotJudged) {
@@ -236,7 +214,7 @@ TEST(EvidenceAccumulator, PlacesThatAreNoNumbersAreNotJudged) {
   EvidenceFrame frame = FrameOf(street, 3);
   frame.points[0].now.x = std::nanf("");
   frame.points[1].before.y = INFINITY;
-  const EvidenceResult result = *accumulator.Add(frame);
+  const EvidenceResult result = accumulator.Add(frame);
   EXPECT_FALSE(result.points[0].judged);
   EXPECT_FALSE(result.points[1].judged);
   for (const PointEvidence& point : result.points) EXPECT_TRUE(std::isfinite(point.probability));
@@ -245,7 +223,7 @@ TEST(EvidenceAccumulator, PlacesThatAreNoNumbersAreNotJudged) {
 TEST(EvidenceAccumulator, ATornStateIsRefused) {
   const PointStreet street(Busy());
   EvidenceAccumulator accumulator;
-  ASSERT_TRUE(accumulator.Add(FrameOf(street, 3)).ok());
+  accumulator.Add(FrameOf(street, 3));
   EvidenceState state = accumulator.state();
   ASSERT_GT(state.memories.size(), 1U);
   std::swap(state.memories.front(), state.memories.back());

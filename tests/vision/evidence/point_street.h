@@ -11,7 +11,7 @@
 
 #include "vision/geometry/pinhole.h"
 #include "vision/geometry/point_pair.h"
-#include "vision/tracking/track.h"
+#include "vision/tracking/grid_tracker.h"
 
 namespace egosieve::vision {
 

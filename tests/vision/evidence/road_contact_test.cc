@@ -190,7 +190,7 @@ TEST(RoadContact, PicturesTellRoadFromPlacesThatWereCarriedAlong) {
   }
   const PhotometricSupport pictures(before, now, befores, view.places);
   auto [shown, depths, road] = LookAt(view);
-  CompareWithRoad(road, RoadComparison(view.camera, view.pose, pictures), view.pairs, depths);
+  CompareWithRoad(road, view.camera, view.pose, pictures, view.pairs, depths);
   int carried = 0, seen = 0;
   for (size_t i = 0; i < depths.size(); ++i) {
     if (!depths[i].valid || !std::isfinite(depths[i].against_road)) continue;

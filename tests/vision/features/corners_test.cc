@@ -181,12 +181,6 @@ TEST(ComputeFlow, WrongImagesAreErrors) {
   EXPECT_FALSE(ComputeFlow(cv::Mat(), cv::Mat(), FlowQuality::kFast).ok());
   EXPECT_FALSE(
       ComputeFlow(a(cv::Rect(0, 0, 15, 64)), a(cv::Rect(0, 0, 15, 64)), FlowQuality::kFast).ok());
-  FlowGridOptions options;
-  options.contradiction = 0.9;  // above agreement
-  EXPECT_FALSE(options.Validate().ok());
-  options = {};
-  options.error_floor = NAN;
-  EXPECT_FALSE(options.Validate().ok());
 }
 
 TEST(SampleField, BilinearAndClamped) {

@@ -163,13 +163,5 @@ TEST(DriveCamera, NoPairsLeaveThePrior) {
   EXPECT_NEAR(camera.focal_ratio, 0.7, 0.1);
 }
 
-TEST(DriveCamera, OptionsNameWhatIsWrong) {
-  DriveCameraOptions options;
-  options.pictures.pairs = 0;
-  PictureSource source({});
-  EXPECT_THAT(LearnDriveCamera(source, options).status().message(),
-              testing::HasSubstr("pairs is 0"));
-}
-
 }  // namespace
 }  // namespace egosieve::vision

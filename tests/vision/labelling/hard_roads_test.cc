@@ -70,7 +70,7 @@ class HardRoad : public testing::TestWithParam<int> {
   // The scenarios have one camera.
   FrameLabellerOptions Options() const {
     static const double focal_ratio = FocalRatioOf(EditedScenario("street", 3, Unchanged));
-    return {.focal_ratio = focal_ratio, .frame_gap = GetParam(), .threads = 1};
+    return {.focal_ratio = focal_ratio, .frame_gap = GetParam()};
   }
   // The same of a camera that is known to be on a vehicle.
   FrameLabellerOptions OnVehicle() const {

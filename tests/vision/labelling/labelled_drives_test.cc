@@ -76,7 +76,7 @@ TEST(LabelledDrives, ALensIsCorrected) {
     if (is_known) options.lens = std::make_shared<LensCorrection>(correction);
     const LabelledFrame labels = LastLabels(options, pictures);
     EXPECT_GT(labels.size(), 1000);
-    const int stride = options.flow_stride_pixels;
+    const int stride = FrameLabellerOptions::kFlowStridePixels;
     double farthest = 0.0;  // of a label's ray from a node of the pinhole picture's grid
     for (int64_t i = 0; is_known && i < labels.size(); ++i) {
       const Eigen::Vector2d ray = k.Undistort(labels.positions[2 * i], labels.positions[2 * i + 1]);
@@ -214,17 +214,16 @@ TEST(StageTimes, EveryStageThatRanHasOne) {
       const std::chrono::duration<double, std::milli> whole = Clock::now() - begin;
       if (index == 0) continue;
       EXPECT_EQ(labelled.outcome, LabelOutcome::kLabelled) << labelled.reason;
-      const LabellingTimes& times = labelled.times;
-      EXPECT_GT(times.equalization_milliseconds, 0.0);
-      EXPECT_GT(times.features_milliseconds, 0.0) << options.is_paper;
-      EXPECT_GT(times.matching_milliseconds, 0.0) << options.is_paper;
-      EXPECT_GT(times.geometry_milliseconds, 0.0);
-      EXPECT_GT(times.labelling_milliseconds, 0.0);
+      const StageMilliseconds& milliseconds = labelled.milliseconds;
+      EXPECT_GT(milliseconds.equalization, 0.0);
+      EXPECT_GT(milliseconds.features, 0.0) << options.is_paper;
+      EXPECT_GT(milliseconds.matching, 0.0) << options.is_paper;
+      EXPECT_GT(milliseconds.geometry, 0.0);
+      EXPECT_GT(milliseconds.labelling, 0.0);
       // Stages follow each other: counted twice, or in another unit, they would exceed the call. Of
       // what the call does they are nearly all.
-      const double sum = times.equalization_milliseconds + times.features_milliseconds +
-                         times.matching_milliseconds + times.geometry_milliseconds +
-                         times.labelling_milliseconds;
+      const double sum = milliseconds.equalization + milliseconds.features + milliseconds.matching +
+                         milliseconds.geometry + milliseconds.labelling;
       EXPECT_LE(sum, whole.count());
       EXPECT_GE(sum, 0.5 * whole.count()) << options.is_paper;
     }
@@ -272,9 +271,9 @@ TEST(PreparedPairs, GiveTheSameLabelsBesideThemAndBefore) {
     if (!before) continue;
     // The least of the frames whose last picture ahead is new: it is left to look the flow up.
     const auto least = [](const std::vector<LabelledFrame>& frames) {
-      double least = frames[1].times.features_milliseconds;
+      double least = frames[1].milliseconds.features;
       for (size_t t = 1; t + kAhead < frames.size(); ++t) {
-        least = std::min(least, frames[t].times.features_milliseconds);
+        least = std::min(least, frames[t].milliseconds.features);
       }
       return least;
     };
@@ -305,7 +304,7 @@ constexpr double kPicturesPerSecond = 10.0;
 
 TEST(CausalGround, ItsSpeedIsThatOfTheCamera) {
   const Scenario scenario = EditedScenario("street", 3, [](Scene&) {});
-  FrameLabellerOptions options{.threads = 1};
+  FrameLabellerOptions options;
   options.frame_gap = 0;  // by parallax
   options.focal_ratio = FocalRatioOf(scenario);
   options.travel = TravelOf(scenario, kFirst);

@@ -104,7 +104,7 @@ TEST(PairMotions, TheFixedPatternTellsNothingOfTheMotion) {
   cv::Mat1f pattern(kHeight, kWidth, 100.0f);
   still->grey(fixed).convertTo(pattern(fixed), CV_32F);
   for (const auto& picture : {a, b}) still->grey(fixed).copyTo(picture->grey(fixed));
-  const auto known = std::make_shared<FixedPattern>(pattern, FixedPatternOptions());
+  const auto known = std::make_shared<FixedPattern>(pattern);
   PairMotions with({}, {}, known), without({}, {}, nullptr);
   EXPECT_TRUE(with.FixedIn(*a).Contain({120, 60}));
   EXPECT_FALSE(with.FixedIn(*a).Contain({120, 145}));
@@ -227,7 +227,7 @@ TEST(MoverMemory, TheNearestNodeOfABorderIsInItsRow) {
 TEST(MoverMemory, ABusThatFillsThePictureMoves) {
   const Scenario scenario = EditedScenario("bus_stop", 1, [](Scene&) {});
   const std::vector<DrivePicture> pictures = PicturesOf(scenario, 55, 45);
-  FrameLabellerOptions options{.frame_gap = 1, .threads = 1};
+  FrameLabellerOptions options{.frame_gap = 1};
   options.focal_ratio = scenario.intrinsics().focal_pixels / scenario.options().width_pixels;
   const std::unique_ptr<FrameLabeller> labeller = MakeLabeller(options);
   LabelCounts counts;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/parallel_for.h"
 #include "tests/testing/status.h"
 #include "tests/vision/labelling/same_labels.h"
 #include "tests/vision/labelling/textured_scene.h"
@@ -196,13 +197,10 @@ std::vector<std::string> Inputs() {
 }
 
 // Labellers of 1, 2 and 4 threads, frame by frame side by side. Returns the frames compared.
-int64_t CompareThreads(const std::string& input, FrameLabellerOptions options) {
+int64_t CompareThreads(const std::string& input, const FrameLabellerOptions& options) {
   constexpr int kThreads[] = {1, 2, 4};
   std::vector<std::unique_ptr<FrameLabeller>> labellers;
-  for (const int threads : kThreads) {
-    options.threads = threads;
-    labellers.push_back(*MakeFrameLabeller(options));
-  }
+  while (labellers.size() < std::size(kThreads)) labellers.push_back(*MakeFrameLabeller(options));
   auto source = Value(OpenFrameSource(input));
   int64_t frames = 0;
   while ((frames < 3 || AllFrames()) && !::testing::Test::HasFailure()) {
@@ -212,6 +210,7 @@ int64_t CompareThreads(const std::string& input, FrameLabellerOptions options) {
     LabelledFrame reference;
     for (size_t i = 0; i < labellers.size(); ++i) {
       cv::setNumThreads(kThreads[i]);
+      kernels::SetMaximumThreads(kThreads[i]);
       const LabelledFrame labelled = Value(labellers[i]->Process(std::get<Frame>(read)));
       if (i == 0) reference = labelled;
       SCOPED_TRACE(input + ", frame " + std::to_string(labelled.frame_index) + ", " +

@@ -40,8 +40,9 @@ void TrackWatch::Check(const LabelledFrame& labels, const LabellerState& state,
   const cv::Size size = labels.labelled.image.size();
   CheckTracks(evidence.grid.tracks, evidence.grid.next_id, size, grid_);
 
-  const size_t nodes = static_cast<size_t>(size.width / options.flow_stride_pixels + 1) *
-                       (size.height / options.flow_stride_pixels + 1);
+  const size_t nodes =
+      static_cast<size_t>(size.width / FrameLabellerOptions::kFlowStridePixels + 1) *
+      (size.height / FrameLabellerOptions::kFlowStridePixels + 1);
   EXPECT_LE(evidence.grid.tracks.size(), nodes);
   EXPECT_LE(evidence.evidence.memories.size(), evidence.grid.tracks.size());
   for (const auto& memory : evidence.evidence.memories) {

@@ -9,7 +9,7 @@
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/labelling/labeller_state.h"
-#include "vision/tracking/track.h"
+#include "vision/tracking/grid_tracker.h"
 
 namespace egosieve::vision {
 

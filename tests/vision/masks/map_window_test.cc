@@ -69,7 +69,7 @@ TEST(LinkMaps, TakesNothingOverWhereFlowDoesNotHold) {
 cv::Mat1f EvidenceIn(const cv::Mat3b& image, const cv::Mat1f& probability) {
   cv::Mat3b lab;
   cv::cvtColor(image, lab, cv::COLOR_BGR2Lab);
-  return ColourEvidence({lab}, {probability}, {})[0];
+  return ColourEvidence({lab}, {probability}, 4.0f)[0];
 }
 
 TEST(ColourEvidence, KnowsColoursOfBothKindsAndNoOthers) {
@@ -106,11 +106,11 @@ TEST(RefineProbability, MovesTheStepToTheEdge) {
   image(cv::Rect(80, 0, 80, kHeight)) = cv::Vec3b(180, 180, 180);
   cv::Mat1f log_odds(kHeight, kWidth, -3.0f);
   log_odds(cv::Rect(86, 0, 74, kHeight)) = 3.0f;  // six pixels beside the edge
-  const cv::Mat1f p = RefineProbability(image, log_odds, {});
+  const cv::Mat1f p = RefineProbability(image, log_odds);
   EXPECT_GT(p(60, 82), 0.5f);
   EXPECT_LT(p(60, 77), 0.2f);
   // What is unsure stays so.
-  const cv::Mat1f unsure = RefineProbability(image, cv::Mat1f::zeros(kHeight, kWidth), {});
+  const cv::Mat1f unsure = RefineProbability(image, cv::Mat1f::zeros(kHeight, kWidth));
   EXPECT_LT(cv::norm(unsure - 0.5f, cv::NORM_INF), 1e-3);
 }
 
@@ -120,7 +120,7 @@ TEST(RefineProbability, ReachesAsFarAtEveryResolution) {
     const cv::Mat3b image(16, side, cv::Vec3b(60, 60, 60));
     cv::Mat1f log_odds(image.size(), -3.0f);
     log_odds(cv::Rect(side / 2, 0, side / 2, 16)) = 3.0f;
-    return RefineProbability(image, log_odds, {});
+    return RefineProbability(image, log_odds);
   };
   const cv::Mat1f small = refined(400), large = refined(1600);
   for (const double place : {0.4, 0.45, 0.48, 0.55, 0.6}) {
@@ -170,8 +170,8 @@ TEST(MapWindow, WhatOneMapAloneSaysChangesLittle) {
     frames.back().errors = ReturnErrorsOf(frames.back().flow);
   }
   MapWindowOptions options;
-  options.shot.colour.limit = 1e-6;
-  options.shot.within = options.shot.along = 0.0;
+  options.shot.colour_limit = 1e-6f;
+  options.shot.within = options.shot.along = 0.0f;
   options.link.memory_seconds = 1e-3;
   const auto change = [&] {
     const std::vector<cv::Mat1f> refined = RefineWindow(frames, 1, 2, options);
@@ -198,8 +198,8 @@ TEST(SegmentShot, FillsAMoverWhoseMiddleTheMapMisses) {
   EXPECT_GT(joined(65, 80), 0.0f);
   EXPECT_LT(joined(20, 20), -4.0f);
   ShotSegmentationOptions apart;  // neither edges nor colours
-  apart.within = 0.0;
-  apart.colour.limit = 1e-6;
+  apart.within = 0.0f;
+  apart.colour_limit = 1e-6f;
   EXPECT_LT(SegmentShot({BoxWithRim(Texture(1), box, -1.0f)}, apart)[0](65, 80), 0.0f);
 }
 
@@ -224,8 +224,7 @@ TEST(SegmentShot, FollowsFlowFromPictureToPicture) {
   shot[1].log_odds(cv::Rect(50, 40, 40, 40)) = -1.0f;
   shot[1].backward = cv::Mat(size, CV_32FC2, cv::Scalar(-10.0, 0.0));
   shot[1].agreement = cv::Mat1f(size, 1.0f);
-  ShotSegmentationOptions options{.within = 0.0};
-  options.colour.limit = 1e-6;
+  const ShotSegmentationOptions options{.within = 0.0f, .colour_limit = 1e-6f};
   EXPECT_NEAR(SegmentShot(shot, options)[1](60, 85), -1.0f + 2.0f, 1e-3);
   EXPECT_NEAR(SegmentShot(shot, options)[1](60, 95), -3.0f - 2.0f, 1e-3);
   shot[1].agreement.setTo(0.0f);

@@ -51,7 +51,7 @@ cv::Rect Inner(cv::Rect area) {
 }
 
 FixedPlaces Find(const std::vector<cv::Mat1b>& pictures) {
-  return FindFixedPlaces(pictures, {kWidth, kHeight}, {});
+  return FindFixedPlaces(pictures, {kWidth, kHeight});
 }
 
 TEST(FixedPlaces, WhatStaysIsFixedWhatGoesByChangesAndTheSkyIsBlank) {
@@ -73,7 +73,7 @@ TEST(FixedPlaces, WhatSwaysIsNotFixed) {
 
 TEST(FixedPlaces, OnAShakingMountWhatSwaysInTheLowestPartIsFixed) {
   const std::vector<cv::Mat1b> pictures = Drive(20, 2.5);
-  const FixedPlaces places = FindFixedOnMount(pictures, {kWidth, kHeight}, {});
+  const FixedPlaces places = FindFixedOnMount(pictures, {kWidth, kHeight});
   ASSERT_EQ(places.shakes.size(), pictures.size());
   EXPECT_GT(ShareOf(places, FixedPlaces::kFixed, Inner(kPanel)), 0.7);
   EXPECT_EQ(ShareOf(places, FixedPlaces::kFixed, {0, 36, kWidth, 36}), 0.0);
@@ -85,14 +85,14 @@ TEST(FixedPlaces, OnAShakingMountWhatSwaysInTheLowestPartIsFixed) {
     EXPECT_NEAR(moved(0), shift, 0.4) << k;
     EXPECT_NEAR(moved(1), 0.5 * shift, 0.4) << k;
   }
-  EXPECT_TRUE(FindFixedOnMount(Drive(20, 0.0), {kWidth, kHeight}, {}).kind.empty());
+  EXPECT_TRUE(FindFixedOnMount(Drive(20, 0.0), {kWidth, kHeight}).kind.empty());
 }
 
 TEST(FixedPlaces, AFewPicturesSayNothing) {
-  const FixedPlaces places = Find(Drive(OwnVehicleOptions().fewest_pictures - 1, 0.0));
+  const FixedPlaces places = Find(Drive(kLeastPictures - 1, 0.0));
   EXPECT_TRUE(places.kind.empty());
   EXPECT_FALSE(places.IsFixed(80, 96));
-  EXPECT_TRUE(ProveOwnVehicle(places, {}, Pinhole::Of({kWidth, kHeight}, 150), {}).empty());
+  EXPECT_TRUE(ProveOwnVehicle(places, {}, Pinhole::Of({kWidth, kHeight}, 150)).empty());
 }
 
 // Everything fixed, with edges across `normal`.
@@ -114,7 +114,7 @@ std::vector<PairWorld> Worlds(double turn, double ground_slope) {
 }
 
 cv::Mat1b Prove(const FixedPlaces& places, const std::vector<PairWorld>& worlds) {
-  return ProveOwnVehicle(places, worlds, Pinhole::Of(places.image, 150.0), {});
+  return ProveOwnVehicle(places, worlds, Pinhole::Of(places.image, 150.0));
 }
 
 TEST(OwnVehicle, BelowTheHorizonTheGroundWouldMove) {
@@ -200,18 +200,11 @@ TEST(OwnVehicle, ABlankBonnetIsFoundByItsEdge) {
   EXPECT_LT(cv::countNonZero(own(cv::Rect(0, 0, kWidth, 80))), 0.01 * kWidth * 80);
 }
 
-TEST(OwnVehicle, OptionsNameWhatIsWrong) {
-  EXPECT_THAT(OwnVehicleOptions{.agreeing_share = 1.5}.Validate().message(),
-              testing::HasSubstr("agreeing_share is 1.5"));
-  EXPECT_THAT(OwnVehicleOptions{.least_evidence = 0.0}.Validate().message(),
-              testing::HasSubstr("least_evidence"));
-}
-
 const cv::Size kPatternSize(120, 80);
 const cv::Rect kCovered(30, 20, 40, 30);
 
 double AgreeingShare(const cv::Mat1b& median, const cv::Mat1b& picture, cv::Rect area) {
-  const FixedPattern pattern(SmoothPicture(median), {});
+  const FixedPattern pattern(SmoothPicture(median));
   const cv::Mat1b agreeing = pattern.Agreeing(SmoothPicture(picture));
   return static_cast<double>(cv::countNonZero(agreeing(area))) / area.area();
 }

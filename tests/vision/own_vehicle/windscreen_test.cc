@@ -63,8 +63,8 @@ cv::Mat1b Find(const Pictures& pictures, double turn) {
     world.picture = k;
     worlds.push_back(world);
   }
-  const FixedPlaces places = FindFixedPlaces(pictures.firsts, kSize, {});
-  return FindWindscreen(places, pictures.seconds, worlds, camera, {});
+  const FixedPlaces places = FindFixedPlaces(pictures.firsts, kSize);
+  return FindWindscreen(places, pictures.seconds, worlds, camera);
 }
 
 double ShareIn(const cv::Mat1b& mask, cv::Rect area) {
@@ -112,16 +112,16 @@ TEST(Windscreen, OnAShakingMountAReflectionThatSwaysIsFound) {
     world.picture = k;
     worlds.push_back(world);
   }
-  const FixedPlaces places = FindFixedOnMount(pictures.firsts, kSize, {});
+  const FixedPlaces places = FindFixedOnMount(pictures.firsts, kSize);
   const cv::Mat1b mixed =
-      FindWindscreen(places, pictures.seconds, worlds, Pinhole::Of(kSize, 150.0), {});
+      FindWindscreen(places, pictures.seconds, worlds, Pinhole::Of(kSize, 150.0));
   EXPECT_GT(ShareIn(mixed, kReflection), 0.8);
   EXPECT_LT(ShareIn(mixed, {0, 0, kWidth, 50}), 0.01);
 }
 
 TEST(Windscreen, AFewPicturesSayNothing) {
   Pictures pictures = Drive(0.0);
-  pictures.firsts.resize(OwnVehicleOptions().fewest_pictures - 1);
+  pictures.firsts.resize(kLeastPictures - 1);
   pictures.seconds.resize(pictures.firsts.size());
   EXPECT_TRUE(Find(pictures, kStepOfPair).empty());
 }

@@ -12,7 +12,6 @@
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "tests/vision/geometry/synthetic_pairs.h"
-#include "vision/paper/epipolar_distance.h"
 
 namespace egosieve::vision {
 namespace {

@@ -13,7 +13,6 @@
 #include "vision/segmentation/frame_calibration.h"
 #include "vision/segmentation/label_residual.h"
 #include "vision/segmentation/learner_model.h"
-#include "vision/segmentation/nearest_feature.h"
 #include "vision/segmentation/online_segmenter.h"
 #include "vision/segmentation/rows.h"
 #include "vision/segmentation/segmentation_map.h"
@@ -196,12 +195,12 @@ TEST(SpreadToGrid, EveryPixelTakesItsNearestFeature) {
   }
 }
 
-TEST(SpreadToGrid, TiesGoToTheFirstAndNothingToTheDefault) {
+TEST(SpreadToGrid, TiesGoToTheFirstAndNothingIsZero) {
   const ImageGrid grid{11, 1, 10};
   const std::vector<double> positions = {5.0, 0.0, 5.0, 0.0};
   EXPECT_EQ(SpreadToGrid({positions.data(), 2, 2}, {3.0, 4.0}, grid),
             (std::vector<float>{3.0f, 3.0f}));
-  EXPECT_EQ(SpreadToGrid({nullptr, 0, 2}, {}, grid, 0.25), (std::vector<float>{0.25f, 0.25f}));
+  EXPECT_EQ(SpreadToGrid({nullptr, 0, 2}, {}, grid), (std::vector<float>{0.0f, 0.0f}));
 }
 
 TEST(ExpectedOverlap, IsThatOfDrawnTruths) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gtest/gtest.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/runtime/context.h"
 #include "tests/testing/area_under_curve.h"
 #include "tests/testing/status.h"
@@ -118,7 +119,7 @@ TEST_F(OnlineSegmenterTest, SameSeedSameBytes) {
     for (int repetition = 0; repetition < 2; ++repetition) {
       OnlineSegmenterOptions options = profile;
       options.SetSeed(9);
-      options.labeller.threads = 1 + 2 * repetition;
+      kernels::SetMaximumThreads(1 + 2 * repetition);
       auto segmenter = MakeSegmenter(options);
       std::vector<float> all;
       for (int64_t index = 0; index < 4; ++index) {
@@ -166,7 +167,7 @@ TEST(OnlineSegmenterOptionsTest, ValidateNamesFieldAndValue) {
   options.learner.calibration_sample_size = 1;
   EXPECT_THAT(options.Validate(), IsInvalid());
   options = OnlineSegmenterOptions();
-  options.learner.model_density.radius = std::numeric_limits<double>::quiet_NaN();
+  options.learner.model_radius = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(options.Validate(), IsInvalid());
 }
 

@@ -44,7 +44,7 @@ TEST(OutOfMemory, IsAnErrorWhicheverAllocationFails) {
   for (int64_t call = 0; call <= kCalls; ++call) {
     auto segmenter = Value(OnlineSegmenter::Create(context, options));
     ASSERT_TRUE(segmenter->Process(drive.At(0)).ok());
-    auto extracted = Value(segmenter->Extract(drive.At(1)));
+    auto extracted = Value(segmenter->labeller().Extract(drive.At(1)));
     calls_until_refusal = call < kCalls ? call : -1;
     const auto learnt = kernels::CatchExceptions(
         [&] { return segmenter->Learn(drive.At(1), extracted, false, {}); });

@@ -43,11 +43,12 @@ TEST(DensityFilter, FollowsItsDefinition) {
       const LabelledPoints points = NoisyBlobs(n, 3, generator);
       std::vector<int64_t> order(n);
       std::iota(order.begin(), order.end(), int64_t{0});
-      const auto kept = Value(FilterByDensity(ViewOf(points.inputs), points.labels, {radius}));
+      const auto kept =
+          Value(FilterByDensity<double>(ViewOf(points.inputs), points.labels, radius));
       EXPECT_EQ(kept, Definition(points.inputs, points.labels, radius, order));
       std::reverse(order.begin(), order.end());
       const auto newest =
-          Value(FilterByDensity(ViewOf(points.inputs), points.labels, {radius}, order));
+          Value(FilterByDensity<double>(ViewOf(points.inputs), points.labels, radius, order));
       EXPECT_EQ(newest, Definition(points.inputs, points.labels, radius, order));
     }
   }
@@ -58,9 +59,9 @@ TEST(DensityFilter, SingleAndDoublePrecisionAgree) {
   LabelledPoints points = NoisyBlobs(500, 6, generator);
   const NarrowMatrix narrow = points.inputs.cast<float>();
   points.inputs = narrow.cast<double>();
-  const auto wide = Value(FilterByDensity(ViewOf(points.inputs), points.labels, {0.6}));
-  const auto slim = Value(FilterByDensity(kernels::ConstMatrixView<float>(narrow.data(), 500, 6),
-                                          points.labels, {0.6}));
+  const auto wide = Value(FilterByDensity<double>(ViewOf(points.inputs), points.labels, 0.6));
+  const auto slim = Value(
+      FilterByDensity(kernels::ConstMatrixView<float>(narrow.data(), 500, 6), points.labels, 0.6));
   EXPECT_EQ(wide, slim);
   EXPECT_LT(wide.size(), 480u);
 }
@@ -69,7 +70,7 @@ TEST(DensityFilter, DuplicatesOfEachSideLeaveOneEach) {
   const RowMatrix x = RowMatrix::Constant(1000, 6, 0.25);
   std::vector<double> labels(1000, 0.0);
   labels[600] = 0.5;  // counts as high
-  const auto kept = Value(FilterByDensity(ViewOf(x), labels, {1e-9}));
+  const auto kept = Value(FilterByDensity<double>(ViewOf(x), labels, 1e-9));
   EXPECT_EQ(kept, (std::vector<int64_t>{0, 600}));
 }
 
@@ -77,7 +78,7 @@ TEST(DensityFilter, RefusesBadArguments) {
   RowMatrix x = RowMatrix::Zero(3, 2);
   const auto code = [&](std::vector<double> labels, double radius,
                         std::vector<int64_t> order = {}) {
-    return FilterByDensity(ViewOf(x), labels, {radius}, order).status().code();
+    return FilterByDensity<double>(ViewOf(x), labels, radius, order).status().code();
   };
   constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
   EXPECT_EQ(code({0.0, 1.0}, 0.1), kInvalid);
@@ -95,16 +96,16 @@ const std::vector<double> kLabels = {0.0, 0.4, 0.5, 1.0, 0.9, 0.2};
 const std::vector<float> kPredictions = {0.1f, 0.55f, 0.5f, 0.3f, 1.2f, 0.45f};
 
 TEST(AgreementFilter, NoveltyAndConsistencyPartThePoints) {
-  EXPECT_THAT(*FilterByNovelty(kLabels, kPredictions), ElementsAre(1, 3));
-  EXPECT_THAT(*FilterByConsistency(kLabels, kPredictions), ElementsAre(0, 2, 4, 5));
+  EXPECT_THAT(*FilterByAgreement(kLabels, kPredictions, false), ElementsAre(1, 3));
+  EXPECT_THAT(*FilterByAgreement(kLabels, kPredictions, true), ElementsAre(0, 2, 4, 5));
 }
 
 TEST(AgreementFilter, NothingAndNonsense) {
-  EXPECT_THAT(*FilterByNovelty({}, {}), ElementsAre());
-  EXPECT_THAT(FilterByNovelty({0.5}, {}), IsInvalid());
-  EXPECT_THAT(FilterByNovelty({1.5}, {0.5f}), IsInvalid());
-  EXPECT_THAT(FilterByConsistency({std::nan("")}, {0.5f}), IsInvalid());
-  EXPECT_THAT(FilterByConsistency({0.5}, {std::nanf("")}), IsInvalid());
+  EXPECT_THAT(*FilterByAgreement({}, {}, false), ElementsAre());
+  EXPECT_THAT(FilterByAgreement({0.5}, {}, false), IsInvalid());
+  EXPECT_THAT(FilterByAgreement({1.5}, {0.5f}, false), IsInvalid());
+  EXPECT_THAT(FilterByAgreement({std::nan("")}, {0.5f}, true), IsInvalid());
+  EXPECT_THAT(FilterByAgreement({0.5}, {std::nanf("")}, true), IsInvalid());
 }
 
 TEST(Budget, DropsTheOldest) {

@@ -213,12 +213,5 @@ TEST(TwoViewMotion, FewPairsGiveNone) {
   EXPECT_FALSE(EstimateTwoViewMotion({}, street.camera(), {}).found);
 }
 
-TEST(TwoViewMotion, OptionsNameWhatIsWrong) {
-  TwoViewMotionOptions options;
-  EXPECT_TRUE(options.Validate().ok());
-  options.directions = 3;
-  EXPECT_THAT(options.Validate().message(), testing::HasSubstr("directions"));
-}
-
 }  // namespace
 }  // namespace egosieve::vision

@@ -154,7 +154,7 @@ std::optional<SegmenterSession::Result> SegmenterSession::Process(const vision::
             size.width, size.height, before.cols, before.rows);
   }
   const vision::Frame frame = FrameOf(image, next_frame_, time_seconds);
-  auto extracted = Take(segmenter_->Extract(frame));
+  auto extracted = Take(segmenter_->labeller().Extract(frame));
   // From here on the frame counts as taken in, even if the device fails before its map is made.
   ++next_frame_;
   waiting_.push_back({frame, std::move(extracted)});
@@ -263,7 +263,7 @@ std::shared_ptr<SegmenterSession> SegmenterSession::FromBytes(
   Check(segmenter.Restore({reinterpret_cast<const char*>(checkpoint.data()), checkpoint.size()},
                           {frames.begin(), frames.begin() + learnt}));
   for (auto frame = frames.begin() + learnt; frame != frames.end(); ++frame) {
-    session->waiting_.push_back({*frame, Take(segmenter.Extract(*frame))});
+    session->waiting_.push_back({*frame, Take(segmenter.labeller().Extract(*frame))});
   }
   frames.erase(frames.begin() + learnt, frames.end());
   session->recent_ = std::move(frames);
