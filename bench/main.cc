@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kernels/runtime/device.h"
-#include "kernels/runtime/pocl_cache.h"
+#include "kernels/runtime/driver_check.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "kernels/base/kept_memory.h"
-#include "kernels/runtime/pocl_cache.h"
+#include "kernels/runtime/driver_check.h"
 #include "tools/build_description/build_description.h"
 #include "tools/cli/command.h"
 #include "tools/cli/command_line.h"

@@ -6,7 +6,6 @@
 
 #include "bench/kernels/benchmark_data.h"
 #include "bench/kernels/roofline.h"
-#include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/reference/covariance.h"
 

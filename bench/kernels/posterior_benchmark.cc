@@ -124,7 +124,6 @@ void BM_DensePosteriorMean(benchmark::State& state, BenchmarkKernel kernel) {
   const double seconds = timer.SecondsPerIteration(state.iterations());
   const std::string wrong = CheckSample(model, queries, mean.data(), nullptr, nullptr);
   if (!wrong.empty()) return state.SkipWithError(wrong.c_str());
-  state.SetLabel((*posterior)->description());
   const double evaluations = static_cast<double>(m) * n;
   state.counters["evaluations_per_second"] =
       benchmark::Counter(evaluations, benchmark::Counter::kIsIterationInvariantRate);
@@ -174,7 +173,6 @@ void EvaluateAll(benchmark::State& state, const PosteriorModel& model, int strid
   const std::string wrong =
       CheckSample(model, queries, mean.data(), variance.data(), probability.data());
   if (!wrong.empty()) return state.SkipWithError(wrong.c_str());
-  state.SetLabel((*posterior)->description());
   state.counters["queries_per_second"] =
       benchmark::Counter(static_cast<double>(m), benchmark::Counter::kIsIterationInvariantRate);
   const double n = static_cast<double>(model.inputs.rows);

@@ -54,12 +54,6 @@ absl::StatusOr<LeaveOneOut> ComputeLeaveOneOut(const IncrementalCholesky& factor
                                                absl::Span<const double> mean_shares) {
   const size_t n = static_cast<size_t>(factor.size());
   const size_t outputs = n == 0 ? 1 : targets.size() / n;
-  if (targets.size() != n * outputs || outputs == 0 || alpha.size() != targets.size() ||
-      (!mean_shares.empty() && mean_shares.size() != n)) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "%d targets, %d values of alpha and %d shares of a mean for a factor of %d rows",
-        targets.size(), alpha.size(), mean_shares.size(), n));
-  }
   LeaveOneOut result;
   result.outputs = static_cast<int64_t>(outputs);
   result.rows.assign(rows.begin(), rows.end());
@@ -67,8 +61,7 @@ absl::StatusOr<LeaveOneOut> ComputeLeaveOneOut(const IncrementalCholesky& factor
     result.rows.resize(n);
     std::iota(result.rows.begin(), result.rows.end(), int64_t{0});
   }
-  std::vector<double> diagonal(result.rows.size());
-  EGOSIEVE_RETURN_IF_ERROR(factor.InverseDiagonal(result.rows, absl::MakeSpan(diagonal)));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<double> diagonal, factor.InverseDiagonal(result.rows));
   result.mean.resize(diagonal.size() * outputs);
   result.target_variance.resize(diagonal.size());
   for (size_t i = 0; i < diagonal.size(); ++i) {

@@ -34,8 +34,8 @@ struct LeaveOneOut {
 };
 
 // rows: increasing indices in [0, n); empty: all. targets, alpha: n x k. mean_shares: the diagonal
-// of W A^-1 W^T, n values; empty: the zero mean. InvalidArgument for sizes that differ or rows out
-// of range; FailedPrecondition if the other points do not determine a mean function.
+// of W A^-1 W^T, n values; empty: the zero mean. InvalidArgument for rows out of range;
+// FailedPrecondition if the other points do not determine a mean function.
 absl::StatusOr<LeaveOneOut> ComputeLeaveOneOut(const IncrementalCholesky& factor,
                                                absl::Span<const double> targets,
                                                absl::Span<const double> alpha,

@@ -4,21 +4,22 @@
 #include <cmath>
 
 #include "absl/strings/str_format.h"
-#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
 namespace {
 
 constexpr double kInverseSqrtTwoPi = 0.3989422804014327;
+constexpr double kLeastA = 0.3, kLargestA = 10.0, kLargestB = 5.0;
+constexpr double kPrecisionOfLogA = 1.0 / (2.0 * 2.0);  // of the prior
+constexpr int kMostSteps = 50;  // of Newton's method; each visits the points once or twice
 
 double NormalDistribution(double z) { return 0.5 * std::erfc(-z * M_SQRT1_2); }
 
 // The objective in (t, b), t = log a, with its gradient and the Gauss-Newton curvature, which
 // treats z as linear in (t, b): log Phi is concave in z, so the curvature is positive.
 struct Objective {
-  double likelihood = 0.0;
-  double value = 0.0;  // with the prior
+  double value = 0.0;
   double gradient[2] = {0.0, 0.0};
   double curvature[3] = {0.0, 0.0, 0.0};  // tt, tb, bb of the negative objective
 };
@@ -26,9 +27,8 @@ struct Objective {
 class SquashProblem {
  public:
   SquashProblem(absl::Span<const double> means, absl::Span<const double> variances,
-                absl::Span<const double> labels, const SquashFitOptions& options,
-                double class_share)
-      : means_(means), variances_(variances), labels_(labels), options_(options) {
+                absl::Span<const double> labels, double class_share)
+      : means_(means), variances_(variances), labels_(labels) {
     double sum = 0.0;
     for (const double label : labels) sum += label;
     const double share = sum / static_cast<double>(std::max<size_t>(labels.size(), 1));
@@ -47,7 +47,7 @@ class SquashProblem {
       const LogDistribution up = LogNormalDistribution(z);
       const LogDistribution down = LogNormalDistribution(-z);
       const double p = weight_up_ * labels_[i], q = weight_down_ * (1.0 - labels_[i]);
-      result.likelihood += (p > 0.0 ? p * up.value : 0.0) + (q > 0.0 ? q * down.value : 0.0);
+      result.value += (p > 0.0 ? p * up.value : 0.0) + (q > 0.0 ? q * down.value : 0.0);
       const double slope = p * up.derivative - q * down.derivative;
       const double bend =
           p * up.derivative * (up.derivative + z) + q * down.derivative * (down.derivative - z);
@@ -59,13 +59,9 @@ class SquashProblem {
       result.curvature[1] += bend * z_t * z_b;
       result.curvature[2] += bend * z_b * z_b;
     }
-    result.value = result.likelihood;
-    if (std::isfinite(options_.log_a_prior_stddev)) {
-      const double precision = 1.0 / (options_.log_a_prior_stddev * options_.log_a_prior_stddev);
-      result.value -= 0.5 * precision * t * t;
-      result.gradient[0] -= precision * t;
-      result.curvature[0] += precision;
-    }
+    result.value -= 0.5 * kPrecisionOfLogA * t * t;
+    result.gradient[0] -= kPrecisionOfLogA * t;
+    result.curvature[0] += kPrecisionOfLogA;
     return result;
   }
 
@@ -73,7 +69,6 @@ class SquashProblem {
   absl::Span<const double> means_;
   absl::Span<const double> variances_;
   absl::Span<const double> labels_;
-  const SquashFitOptions& options_;
   double weight_up_ = 1.0, weight_down_ = 1.0;
 };
 
@@ -115,22 +110,10 @@ double SquashParameters::Probability(double mean, double variance) const {
   return NormalDistribution((a * mean + b) / std::sqrt(1.0 + a * a * variance));
 }
 
-absl::Status SquashFitOptions::Validate() const {
-  return kernels::CheckOptions({
-      {"minimum_a", minimum_a, minimum_a > 0.0 && minimum_a <= maximum_a,
-       "be positive and at most maximum_a"},
-      {"maximum_a", maximum_a, std::isfinite(maximum_a), "be finite"},
-      {"maximum_absolute_b", maximum_absolute_b, kernels::IsNotNegative(maximum_absolute_b),
-       "be finite and not negative"},
-      {"maximum_iterations", maximum_iterations, maximum_iterations >= 0, "not be negative"},
-      {"log_a_prior_stddev", log_a_prior_stddev, log_a_prior_stddev > 0.0, "be positive"},
-  });
-}
-
-absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
-                                    absl::Span<const double> variances,
-                                    absl::Span<const double> labels, const SquashParameters& start,
-                                    const SquashFitOptions& options, double class_share) {
+absl::StatusOr<SquashParameters> FitSquash(absl::Span<const double> means,
+                                           absl::Span<const double> variances,
+                                           absl::Span<const double> labels,
+                                           const SquashParameters& start, double class_share) {
   if (!(class_share >= 0.0 && class_share < 1.0)) {
     return absl::InvalidArgumentError(
         absl::StrFormat("class_share = %g; it must be in [0, 1)", class_share));
@@ -139,17 +122,14 @@ absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
     return absl::InvalidArgumentError(absl::StrFormat(
         "start: a = %g, b = %g; a must be positive and both finite", start.a, start.b));
   }
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints(means, variances, labels));
-  const double t_low = std::log(options.minimum_a), t_high = std::log(options.maximum_a);
-  const double b_high = options.maximum_absolute_b;
+  const double t_low = std::log(kLeastA), t_high = std::log(kLargestA), b_high = kLargestB;
   double t = std::clamp(std::log(start.a), t_low, t_high);
   double b = std::clamp(start.b, -b_high, b_high);
-  SquashFit fit;
-  const SquashProblem problem(means, variances, labels, options, class_share);
+  const SquashProblem problem(means, variances, labels, class_share);
   Objective now = problem.Evaluate(t, b);
   double damping = 1e-3;  // Levenberg-Marquardt, relative to the curvature
-  for (int step = 0; !means.empty() && step < options.maximum_iterations; ++step) {
+  for (int step = 0; !means.empty() && step < kMostSteps; ++step) {
     // A coordinate whose gradient points out of its bound stays there.
     const bool hold_t =
         (t <= t_low && now.gradient[0] < 0.0) || (t >= t_high && now.gradient[0] > 0.0);
@@ -176,9 +156,7 @@ absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
       if (damping > 1e12) break;
     }
   }
-  fit.parameters = {std::exp(t), b};
-  fit.log_likelihood = now.likelihood;
-  return fit;
+  return SquashParameters{std::exp(t), b};
 }
 
 }  // namespace egosieve::gp

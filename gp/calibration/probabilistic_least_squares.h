@@ -14,11 +14,10 @@
 // the two terms of each point: w = desired share of the class / its share in the sample, v likewise
 // for the other class.
 //
-// l is unbounded in a on separable data, so a is kept in [0.3, 10] and b in [-b_max, b_max]. s^2 is
+// l is unbounded in a on separable data, so a is kept in [0.3, 10] and b in [-5, 5]. s^2 is
 // the variance of f, both in the fit and in the prediction.
 #pragma once
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 
@@ -39,30 +38,14 @@ struct SquashParameters {
   double Probability(double mean, double variance) const;
 };
 
-struct SquashFitOptions {
-  double minimum_a = 0.3;
-  double maximum_a = 10.0;
-  double maximum_absolute_b = 5.0;
-  int maximum_iterations = 50;  // Newton steps; each visits the points once or twice
-  // Standard deviation of a Gaussian prior on log a around 0, for data that do not determine a (one
-  // class only, separable classes); infinity: no prior.
-  double log_a_prior_stddev = 2.0;
-
-  absl::Status Validate() const;
-};
-
-struct SquashFit {
-  SquashParameters parameters;
-  double log_likelihood = 0.0;  // (LS2), without the prior
-};
-
-// Maximises (LS2) from `start`. Without points: `start`, clamped to the bounds. InvalidArgument for
-// sizes that differ, a start with a <= 0 or not finite, labels outside [0, 1], negative or
-// non-finite variances, non-finite means. class_share: share of +1 among the inputs to predict, in
-// (0, 1); 0: that of the points.
-absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
-                                    absl::Span<const double> variances,
-                                    absl::Span<const double> labels, const SquashParameters& start,
-                                    const SquashFitOptions& options = {}, double class_share = 0.0);
+// Maximises (LS2) from `start`, with a Gaussian prior on log a around 0, of standard deviation 2, for
+// data that do not determine a (one class only, separable classes). Without points: `start`, clamped to
+// the bounds. InvalidArgument for sizes that differ, a start with a <= 0 or not finite, labels outside
+// [0, 1], negative or non-finite variances, non-finite means. class_share: share of +1 among the inputs
+// to predict, in (0, 1); 0: that of the points.
+absl::StatusOr<SquashParameters> FitSquash(absl::Span<const double> means,
+                                           absl::Span<const double> variances,
+                                           absl::Span<const double> labels,
+                                           const SquashParameters& start, double class_share = 0.0);
 
 }  // namespace egosieve::gp

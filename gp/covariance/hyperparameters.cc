@@ -12,7 +12,6 @@ namespace egosieve::gp {
 namespace {
 
 using kernels::CovarianceFunction;
-using kernels::CovarianceParameters;
 
 // Calls visit(group) for every scale of the function, in order.
 template <typename Visit>
@@ -107,17 +106,28 @@ absl::Status HyperparameterBounds::Validate(int64_t count) const {
 Hyperparameters RandomHyperparameters(CovarianceFunction function, int64_t input_dimension,
                                       const HyperparameterBounds& bounds, uint64_t seed) {
   std::mt19937_64 generator(seed);
-  const auto draw = [&](size_t i) {
+  std::vector<double> theta;
+  for (size_t i = 0; i < bounds.lower.size(); ++i) {
     const double unit = static_cast<double>(generator() >> 11) * 0x1p-53;
-    return std::exp(bounds.lower[i] + unit * (bounds.upper[i] - bounds.lower[i]));
-  };
-  Hyperparameters hyperparameters = DefaultHyperparameters(function, input_dimension);
-  CovarianceParameters& covariance = hyperparameters.covariance;
-  size_t i = 0;
-  for (double& scale : covariance.scales) scale = draw(i++);
-  covariance.signal_stddev = draw(i++);
-  hyperparameters.noise_stddev = draw(i);
-  return hyperparameters;
+    theta.push_back(bounds.lower[i] + unit * (bounds.upper[i] - bounds.lower[i]));
+  }
+  return *FromLogarithms(DefaultHyperparameters(function, input_dimension), theta);
+}
+
+double PriorVariance(const kernels::CovarianceParameters& covariance, const double* x) {
+  return covariance.signal_stddev * covariance.signal_stddev *
+         covariance.function.description().Variance(covariance.scales.data(),
+                                                    covariance.input_dimension(), x);
+}
+
+double LargestPriorVariance(const kernels::CovarianceParameters& covariance,
+                            kernels::ConstMatrixView<double> x) {
+  if (x.rows == 0) return covariance.signal_stddev * covariance.signal_stddev;
+  double largest = 0.0;
+  for (int64_t i = 0; i < x.rows; ++i) {
+    largest = std::max(largest, PriorVariance(covariance, x.row(i)));
+  }
+  return largest;
 }
 
 }  // namespace egosieve::gp

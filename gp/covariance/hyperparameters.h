@@ -16,6 +16,7 @@
 #include "absl/types/span.h"
 #include "gp/covariance/mean_function.h"
 #include "kernels/base/covariance_parameters.h"
+#include "kernels/base/matrix_view.h"
 
 namespace egosieve::gp {
 
@@ -65,5 +66,13 @@ struct HyperparameterBounds {
 // theta uniform within the bounds: the paper starts from random hyperparameters.
 Hyperparameters RandomHyperparameters(kernels::CovarianceFunction function, int64_t input_dimension,
                                       const HyperparameterBounds& bounds, uint64_t seed);
+
+// The prior variance of f, k(x, x), in float64.
+// x: D values; `covariance` valid.
+double PriorVariance(const kernels::CovarianceParameters& covariance, const double* x);
+
+// The largest at the points x, n x D; sigma_f^2 without points.
+double LargestPriorVariance(const kernels::CovarianceParameters& covariance,
+                            kernels::ConstMatrixView<double> x);
 
 }  // namespace egosieve::gp

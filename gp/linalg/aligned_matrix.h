@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <memory>
 #include <new>
-#include <optional>
 
 #include "kernels/base/matrix_view.h"
 
@@ -23,15 +22,6 @@ class AlignedMatrix {
     if (bytes > 0) {
       data_.reset(Allocate(bytes));
       if (data_ == nullptr) throw std::bad_alloc();
-    }
-  }
-
-  // Nothing if the memory is not available.
-  static std::optional<AlignedMatrix> TryMake(int64_t rows, int64_t cols) {
-    try {
-      return AlignedMatrix(rows, cols);
-    } catch (const std::bad_alloc&) {
-      return std::nullopt;
     }
   }
 

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "gp/linalg/aligned_matrix.h"
-#include "gp/linalg/lower_tiles.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
 

@@ -16,11 +16,13 @@
 // below it (Golub & Van Loan, 4th ed., 4.2.5-4.2.7).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 #include "absl/types/span.h"
 #include "kernels/base/matrix_view.h"
+#include "kernels/base/parallel_for.h"
 
 namespace egosieve::gp {
 
@@ -76,6 +78,20 @@ inline double LaneDot(const double* a, const double* b, int64_t n) {
                ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]));
   for (; i < n; ++i) sum += a[i] * b[i];
   return sum;
+}
+
+// Visits the tiles of a symmetric matrix's lower triangle, including the diagonal tiles, in parallel:
+// calls work(row, column, rows, columns), the first element and the size of a tile, for every tile.
+// The n x n matrix is cut into squares of `side`. flops: for all tiles together.
+template <typename Work>
+void ForEachLowerTile(int64_t n, int64_t side, double flops, const Work& work) {
+  const int64_t tiles = (n + side - 1) / side;
+  kernels::ParallelFor(tiles * (tiles + 1) / 2, flops, [&](int64_t t) {
+    int64_t i = 0;
+    while ((i + 1) * (i + 2) / 2 <= t) ++i;
+    const int64_t row = i * side, column = (t - i * (i + 1) / 2) * side;
+    work(row, column, std::min(side, n - row), std::min(side, n - column));
+  });
 }
 
 // Copies the lower triangle, mirrored, into the upper one.

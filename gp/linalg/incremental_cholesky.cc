@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <optional>
+#include <new>
 #include <utility>
 
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/linalg/lower_tiles.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/linalg/row_removal.h"
 #include "gp/linalg/tile_operations.h"
@@ -33,12 +32,13 @@ absl::Status RefusedPivot(int64_t row) {
 }
 
 absl::StatusOr<AlignedMatrix> ZeroMatrix(int64_t size) {
-  std::optional<AlignedMatrix> memory = AlignedMatrix::TryMake(size, size);
-  if (!memory.has_value()) {
+  AlignedMatrix matrix;
+  try {
+    matrix = AlignedMatrix(size, size);
+  } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError(
         absl::StrFormat("no memory for a factor of %d rows (%.1f GB)", size, 8e-9 * size * size));
   }
-  AlignedMatrix matrix = *std::move(memory);
   constexpr int64_t kRowsPerTask = 256;
   kernels::ParallelFor((size + kRowsPerTask - 1) / kRowsPerTask, 4.0 * size * size, [&](int64_t t) {
     const int64_t end = std::min(size, (t + 1) * kRowsPerTask);
@@ -91,10 +91,6 @@ absl::Status IncrementalCholesky::LeaveToHolders(int64_t first) {
   return Reallocate(factor_->rows());
 }
 
-absl::Status IncrementalCholesky::Reserve(int64_t rows) {
-  return rows <= factor_->rows() ? absl::OkStatus() : Reallocate(rows);
-}
-
 absl::Status IncrementalCholesky::Reallocate(int64_t rows) {
   EGOSIEVE_ASSIGN_OR_RETURN(AlignedMatrix memory, ZeroMatrix(rows));
   for (int64_t i = 0; i < size_; ++i) {
@@ -131,7 +127,7 @@ absl::Status IncrementalCholesky::Append(ConstMatrixView<double> below,
   EGOSIEVE_RETURN_IF_ERROR(kernels::CheckShape("corner", corner, k, k));
   if (n + k > factor_->rows()) {
     EGOSIEVE_RETURN_IF_ERROR(
-        Reserve(std::max({n + k, factor_->rows() + factor_->rows() / 4, kMinimumCapacity})));
+        Reallocate(std::max({n + k, factor_->rows() + factor_->rows() / 4, kMinimumCapacity})));
   }
   EGOSIEVE_RETURN_IF_ERROR(LeaveToHolders(n));
   const MatrixView<double> whole = factor_->block(n + k, n + k);
@@ -164,15 +160,12 @@ double IncrementalCholesky::LogDeterminant() const {
   return 2.0 * sum;
 }
 
-absl::Status IncrementalCholesky::InverseDiagonal(absl::Span<const int64_t> rows,
-                                                  absl::Span<double> out) const {
-  if (rows.size() != out.size()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d rows but space for %d results", rows.size(), out.size()));
-  }
+absl::StatusOr<std::vector<double>> IncrementalCholesky::InverseDiagonal(
+    absl::Span<const int64_t> rows) const {
   EGOSIEVE_RETURN_IF_ERROR(CheckRows(rows, size_));
-  InverseColumnNorms(Factor(), rows, out);
-  return absl::OkStatus();
+  std::vector<double> diagonal(rows.size());
+  InverseColumnNorms(Factor(), rows, absl::MakeSpan(diagonal));
+  return diagonal;
 }
 
 bool IncrementalCholesky::RefactoringIsCheaper(absl::Span<const int64_t> rows) const {

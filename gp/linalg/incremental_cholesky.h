@@ -27,6 +27,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
@@ -62,9 +63,8 @@ class IncrementalCholesky {
   };
   Kept Keep() const;
 
-  // Allocates memory for `rows` rows. ResourceExhausted, with the factor unchanged, if the memory
-  // is not available; the same holds for the functions that grow the factor.
-  absl::Status Reserve(int64_t rows);
+  // The functions that grow the factor give ResourceExhausted, with the factor unchanged, if the
+  // memory is not available.
 
   // Replaces the factor by that of the n x n matrix whose lower triangle `fill` writes into the
   // factor's memory. FailedPrecondition, with the row, if a pivot (square of L(i,i)) is NaN or not
@@ -96,7 +96,7 @@ class IncrementalCholesky {
 
   // [K^-1]_rr for the given rows, by column norms of L^-1 (n^3 / 3 flops for all rows, in panels:
   // no n x n array is needed).
-  absl::Status InverseDiagonal(absl::Span<const int64_t> rows, absl::Span<double> out) const;
+  absl::StatusOr<std::vector<double>> InverseDiagonal(absl::Span<const int64_t> rows) const;
 
   // True if removing `rows` from this factor costs more operations than factorising the remaining
   // matrix, given that matrix.

@@ -7,11 +7,9 @@
 
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/linalg/jitter_sequence.h"
-#include "gp/linalg/normal_stream.h"
+#include "gp/linalg/not_positive_definite.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
-#include "kernels/base/splitmix.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -44,22 +42,6 @@ AlignedMatrix NormalValues(int64_t size, int64_t columns, int64_t count, uint64_
   return z;
 }
 
-absl::Status CheckShapes(ConstMatrixView<double> mean, ConstMatrixView<double> covariance,
-                         absl::Span<const double> prior_variances, int64_t count) {
-  const int64_t size = mean.rows;
-  if (count < 0) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("count = %d samples; it must not be negative", count));
-  }
-  if (covariance.rows != size || covariance.cols != size ||
-      static_cast<int64_t>(prior_variances.size()) != size) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d means, a covariance of %d x %d and %d prior variances do not fit", size,
-                        covariance.rows, covariance.cols, prior_variances.size()));
-  }
-  return absl::OkStatus();
-}
-
 // C in `factor`; returns the jitter.
 absl::StatusOr<double> Factorize(ConstMatrixView<double> covariance,
                                  absl::Span<const double> prior_variances,
@@ -88,7 +70,6 @@ absl::StatusOr<NormalSamples> SampleNormal(ConstMatrixView<double> mean,
                                            ConstMatrixView<double> covariance,
                                            absl::Span<const double> prior_variances, int64_t count,
                                            uint64_t seed) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckShapes(mean, covariance, prior_variances, count));
   if (mean.empty() || count == 0) return NormalSamples{AlignedMatrix(mean.rows, 0), 0.0};
   const int64_t size = mean.rows, width = mean.cols * count;
   AlignedMatrix factor(size, size);

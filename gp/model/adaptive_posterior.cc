@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "absl/container/fixed_array.h"
-#include "gp/covariance/prior_variance.h"
+#include "gp/covariance/hyperparameters.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 

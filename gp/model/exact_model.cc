@@ -7,12 +7,10 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_format.h"
-#include "gp/covariance/prior_variance.h"
+#include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/linalg/jitter_sequence.h"
 #include "gp/linalg/not_positive_definite.h"
-#include "gp/model/model_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/exact_regression.h"

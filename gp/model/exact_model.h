@@ -10,7 +10,7 @@
 // same for all. Without points the model is the prior.
 //
 // Numerically equal inputs make K + sigma_n^2 I singular to working precision only if sigma_n is
-// tiny. If a pivot is refused, the jitter increases by gp/linalg/jitter_sequence.h, whose unit is
+// tiny. If a pivot is refused, the jitter increases by gp/linalg/not_positive_definite.h, whose unit is
 // the largest k(x_i, x_i), and the factor is rebuilt; jitter() reports it. Setting the
 // hyperparameters resets it to zero.
 //

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "absl/container/fixed_array.h"
-#include "gp/covariance/prior_variance.h"
+#include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/matrix_product.h"
@@ -14,7 +14,6 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/exact_regression.h"
-#include "kernels/ops/input_gradient.h"
 
 namespace egosieve::gp {
 namespace {

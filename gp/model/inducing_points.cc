@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "gp/covariance/prior_variance.h"
+#include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"

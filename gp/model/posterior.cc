@@ -4,7 +4,6 @@
 
 #include "gp/model/point_set.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/ops/shared_posterior.h"
 
 namespace egosieve::gp {
 namespace {
@@ -44,7 +43,6 @@ absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
                             kernels::CreateSharedPosterior(contexts, model, options));
   posterior->hyperparameters_ = hyperparameters;
   posterior->squash_ = squash;
-  posterior->size_ = inputs.rows;
   if (weights.outputs > 1 || weights.basis > 0) {
     posterior->extension_ = std::make_unique<const Float64Posterior>(
         contexts.front(), hyperparameters, inputs, weights,

@@ -8,13 +8,12 @@
 // the sums W^T k* need a separate pass over the covariances in float64, of n (D + 10 + k + q)
 // multiply-adds per query.
 //
-// On several devices, queries are divided among them (kernels/ops/shared_posterior.h). The float64
+// On several devices, queries are divided among them (CreateSharedPosterior). The float64
 // pass is that of the first.
 #pragma once
 
 #include <cstdint>
 #include <memory>
-#include <string>
 
 #include "absl/status/statusor.h"
 #include "gp/calibration/probabilistic_least_squares.h"
@@ -55,8 +54,6 @@ class Posterior {
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   const SquashParameters& squash() const { return squash_; }
   int64_t outputs() const { return extension_ == nullptr ? 1 : extension_->outputs(); }  // k
-  int64_t size() const { return size_; }  // number of points (or inducing points)
-  std::string description() const { return dense_->description(); }
 
  private:
   Posterior() = default;
@@ -66,7 +63,6 @@ class Posterior {
       kernels::ConstMatrixView<Query> queries, const kernels::PosteriorOutputs& outputs) const;
   Hyperparameters hyperparameters_;
   SquashParameters squash_;
-  int64_t size_ = 0;
   std::unique_ptr<kernels::DensePosterior> dense_;
   // Of several outputs or a mean function, on the first device: sums over covariances in float64.
   std::unique_ptr<const Float64Posterior> extension_;

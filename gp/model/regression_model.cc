@@ -1,5 +1,6 @@
 #include "gp/model/regression_model.h"
 
+#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -24,6 +25,54 @@ absl::StatusOr<std::shared_ptr<const Posterior>> RegressionModel::MakePosterior(
   return Posterior::Create(devices.empty() ? kernels::Contexts{context_} : devices,
                            hyperparameters_, parts.inputs, *parts.weights, parts.factor, squash,
                            options);
+}
+
+absl::Status CheckSetUp(const kernels::Context* context, const Hyperparameters& hyperparameters) {
+  if (context == nullptr) {
+    return absl::InvalidArgumentError("context is null; open one with OpenContext");
+  }
+  return hyperparameters.Validate();
+}
+
+absl::Status CheckZeroMean(const char* kind, const Hyperparameters& hyperparameters) {
+  if (hyperparameters.mean == MeanFunction::kZero) return absl::OkStatus();
+  return absl::UnimplementedError(
+      absl::StrFormat("%s models have the zero mean; take the mean off the targets", kind));
+}
+
+absl::Status CheckReplacement(const Hyperparameters& hyperparameters, int64_t size,
+                              int64_t dimension) {
+  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
+  const int64_t wanted = hyperparameters.covariance.input_dimension();
+  if (size > 0 && wanted != dimension) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "the covariance takes %d inputs; the model's points have %d", wanted, dimension));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckAddition(const Observations& added, const PointSet& points, int64_t dimension) {
+  EGOSIEVE_RETURN_IF_ERROR(added.Validate(dimension));
+  if (added.size() > 0 && points.size() > 0 && added.outputs() != points.outputs) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "targets of %d outputs; the model's points have %d", added.outputs(), points.outputs));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReplaceTargets(kernels::ConstMatrixView<double> targets, int64_t dimension,
+                            PointSet& points) {
+  if (targets.rows != points.size() || (targets.rows > 0 && targets.cols != points.outputs)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d targets of %d outputs; the model has %d points of %d outputs",
+                        targets.rows, targets.cols, points.size(), points.outputs));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(
+      Observations(points.view(dimension), targets, points.noise_variances).Validate(dimension));
+  for (int64_t i = 0; i < targets.rows; ++i) {
+    for (int64_t k = 0; k < targets.cols; ++k) points.targets[i * targets.cols + k] = targets(i, k);
+  }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<std::shared_ptr<const Float64Posterior>> RegressionModel::MakeFloat64Posterior()

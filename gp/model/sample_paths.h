@@ -34,7 +34,7 @@
 #include "absl/status/statusor.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
-#include "gp/linalg/normal_stream.h"
+#include "gp/linalg/normal_samples.h"
 #include "gp/model/float64_posterior.h"
 #include "gp/model/regression_weights.h"
 #include "kernels/base/matrix_view.h"

@@ -8,7 +8,6 @@
 #include "absl/strings/str_format.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/model/model_checks.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -120,7 +119,7 @@ absl::Status SparseModel::AddObservations(const Observations& added, int64_t tim
   EGOSIEVE_RETURN_IF_ERROR(ProjectPoints(*context_, options_, hyperparameters_, solution_,
                                          added.inputs, added.noise_variances, v.view(),
                                          lambda.data()));
-  EGOSIEVE_ASSIGN_OR_RETURN(Sums sums,
+  EGOSIEVE_ASSIGN_OR_RETURN(SparseSums sums,
                             SumsWith(v.view(), lambda.data(), &points.targets[size()], 1.0));
   solution_.lambda.reserve(solution_.lambda.size() + k);
   // Nothing below can fail.
@@ -147,30 +146,26 @@ absl::Status SparseModel::Remove(absl::Span<const int64_t> rows) {
   EGOSIEVE_RETURN_IF_ERROR(ProjectPoints(*context_, options_, hyperparameters_, solution_,
                                          {inputs.data(), k, input_dimension()}, {}, v.view(),
                                          nullptr));
-  EGOSIEVE_ASSIGN_OR_RETURN(Sums sums, SumsWith(v.view(), lambda.data(), targets.data(), -1.0));
+  EGOSIEVE_ASSIGN_OR_RETURN(SparseSums sums,
+                            SumsWith(v.view(), lambda.data(), targets.data(), -1.0));
   // Nothing below can fail.
   EraseRows(1, rows, solution_.lambda);
   Commit(std::move(sums), std::move(points), k);
   return absl::OkStatus();
 }
 
-absl::StatusOr<SparseModel::Sums> SparseModel::SumsWith(ConstMatrixView<double> v,
-                                                        const double* lambda, const double* targets,
-                                                        double sign) const {
-  Sums sums = {CopyOfSum(solution_.sum), {}, solution_.target_sum, {}};
-  AddTerms(v, lambda, sign, sums.sum.view());
-  EGOSIEVE_ASSIGN_OR_RETURN(sums.factor, FactorOfSum(sums.sum));
-  AddTargetTerms(v, lambda, targets, sign, sums.target_sum);
-  sums.weights = sums.target_sum;
-  SolveSum(sums.factor, sums.weights);
+absl::StatusOr<SparseSums> SparseModel::SumsWith(ConstMatrixView<double> v, const double* lambda,
+                                                 const double* targets, double sign) const {
+  const int64_t m = inducing_size();
+  SparseSums sums = {AlignedMatrix(m, m), {}, solution_.target_sum, {}};
+  for (int64_t i = 0; i < m; ++i) std::copy_n(solution_.sum.row(i), m, sums.sum.row(i));
+  sums.Add(v, lambda, targets, sign);
+  EGOSIEVE_RETURN_IF_ERROR(sums.Solve());
   return sums;
 }
 
-void SparseModel::Commit(Sums sums, PointSet points, int64_t changed) {
-  solution_.sum = std::move(sums.sum);
-  solution_.sum_factor = std::move(sums.factor);
-  solution_.target_sum = std::move(sums.target_sum);
-  solution_.weights = std::move(sums.weights);
+void SparseModel::Commit(SparseSums sums, PointSet points, int64_t changed) {
+  static_cast<SparseSums&>(solution_) = std::move(sums);
   solution_.posterior_form.reset();
   points_ = std::move(points);
   changes_ += changed;

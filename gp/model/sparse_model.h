@@ -13,9 +13,7 @@
 // hyperparameters have changed. A is then summed anew, which also removes the rounding errors of
 // earlier removals.
 //
-// If K_uu's factorisation refuses a pivot, the jitter increases by factors of ten to 1e-4
-// sigma_f^2, from at least 1e-10 sigma_f^2 on; jitter() reports it. A change that fails leaves the
-// model as it was, also if memory is exhausted (std::bad_alloc).
+// A change that fails leaves the model as it was, also if memory is exhausted (std::bad_alloc).
 //
 // The posteriors evaluate (SP5) as k** - |R k_u|^2 with R^T R = L^-T (I - A^-1) L^-1, R lower
 // triangular.
@@ -101,16 +99,11 @@ class SparseModel : public RegressionModel {
   // Chooses new inducing inputs for `points`, the model's points after `changed` of them were added
   // or removed, if enough have changed. Returns false if not, or if the choice fails.
   bool RefreshIfStale(int64_t changed, PointSet& points);
-  // (SP3).
-  struct Sums {
-    AlignedMatrix sum, factor;
-    std::vector<double> target_sum, weights;
-  };
   // The solution's with sign times the terms of these points.
-  absl::StatusOr<Sums> SumsWith(kernels::ConstMatrixView<double> v, const double* lambda,
-                                const double* targets, double sign) const;
+  absl::StatusOr<SparseSums> SumsWith(kernels::ConstMatrixView<double> v, const double* lambda,
+                                      const double* targets, double sign) const;
   // The last step of adding or removing `changed` points.
-  void Commit(Sums sums, PointSet points, int64_t changed);
+  void Commit(SparseSums sums, PointSet points, int64_t changed);
 
   SparseModelOptions options_;
   SparseSolution solution_;

@@ -5,10 +5,8 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
-#include "gp/covariance/prior_variance.h"
+#include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/linalg/jitter_sequence.h"
-#include "gp/linalg/lower_tiles.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/linalg/tile_operations.h"
 #include "gp/model/inducing_points.h"
@@ -84,34 +82,31 @@ void AddTerms(ConstMatrixView<double> v, const double* lambda, double sign, Matr
   ForEachLowerTile(m, kInducingTile, 1.0 * m * m * v.rows, add);
 }
 
-void AddTargetTerms(ConstMatrixView<double> v, const double* lambda, const double* targets,
-                    double sign, std::vector<double>& c) {
+void SparseSums::Add(ConstMatrixView<double> v, const double* lambda, const double* targets,
+                     double sign) {
+  AddTerms(v, lambda, sign, sum.view());
   for (int64_t i = 0; i < v.rows; ++i) {
     const double scale = sign * targets[i] / lambda[i];
-    for (int64_t j = 0; j < v.cols; ++j) c[j] += scale * v(i, j);
+    for (int64_t j = 0; j < v.cols; ++j) target_sum[j] += scale * v(i, j);
   }
 }
 
-absl::StatusOr<AlignedMatrix> FactorOfSum(const AlignedMatrix& sum) {
-  AlignedMatrix factor(sum.rows(), sum.rows());
-  for (int64_t i = 0; i < sum.rows(); ++i) std::copy_n(sum.row(i), i + 1, factor.row(i));
-  if (FactorizeInParallel(factor.view(), std::vector<double>(sum.rows(), 0.0)) >= 0) {
+absl::Status SparseSums::Solve() {
+  sum_factor = AlignedMatrix(sum.rows(), sum.rows());
+  for (int64_t i = 0; i < sum.rows(); ++i) std::copy_n(sum.row(i), i + 1, sum_factor.row(i));
+  if (FactorizeInParallel(sum_factor.view(), std::vector<double>(sum.rows(), 0.0)) >= 0) {
     return absl::FailedPreconditionError(
         "I + V^T V / lambda is not positive definite to working precision; take a larger noise");
   }
-  return factor;
+  weights = target_sum;
+  SolveSum(sum_factor, weights);
+  return absl::OkStatus();
 }
 
 void SolveSum(const AlignedMatrix& sum_factor, std::vector<double>& c) {
   const MatrixView<double> column(c.data(), sum_factor.rows(), 1);
   SolveLower(sum_factor.view(), column);
   SolveLowerTransposed(sum_factor.view(), column);
-}
-
-AlignedMatrix CopyOfSum(const AlignedMatrix& sum) {
-  AlignedMatrix copy(sum.rows(), sum.cols());
-  for (int64_t i = 0; i < sum.rows(); ++i) std::copy_n(sum.row(i), sum.cols(), copy.row(i));
-  return copy;
 }
 
 absl::StatusOr<SparseSolution> ChooseAndSolveSparse(kernels::Context& context,
@@ -155,12 +150,9 @@ absl::StatusOr<SparseSolution> SolveSparse(kernels::Context& context,
         data.noise_variances.empty() ? data.noise_variances
                                      : data.noise_variances.subspan(begin, rows),
         v, lambda));
-    AddTerms(v, lambda, 1.0, solution.sum.view());
-    AddTargetTerms(v, lambda, &points.targets[begin], 1.0, solution.target_sum);
+    solution.Add(v, lambda, &points.targets[begin], 1.0);
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(solution.sum_factor, FactorOfSum(solution.sum));
-  solution.weights = solution.target_sum;
-  SolveSum(solution.sum_factor, solution.weights);
+  EGOSIEVE_RETURN_IF_ERROR(solution.Solve());
   return solution;
 }
 

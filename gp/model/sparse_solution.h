@@ -51,15 +51,26 @@ struct SparsePosteriorForm {
 
 inline constexpr int64_t kRowTile = 2048;
 
-struct SparseSolution {
+// (SP3).
+struct SparseSums {
+  AlignedMatrix sum;               // A, m x m, lower triangle
+  AlignedMatrix sum_factor;        // L_A, m x m
+  std::vector<double> target_sum;  // c, m
+  std::vector<double> weights;     // A^-1 c, m
+
+  // Adds sign times the terms of v.rows points with these lambda and y to A and c. v: k x m.
+  void Add(kernels::ConstMatrixView<double> v, const double* lambda, const double* targets,
+           double sign);
+  // L_A and A^-1 c from A and c. A's eigenvalues are at least 1. So this can only fail with NaN values
+  // or with the rounding errors of removals.
+  absl::Status Solve();
+};
+
+struct SparseSolution : SparseSums {
   std::vector<double> inducing_inputs;  // m x D
   double jitter = 0.0;                  // on K_uu's diagonal
   AlignedMatrix factor;                 // L, m x m
   std::vector<double> lambda;           // n
-  AlignedMatrix sum;                    // A, m x m, lower triangle
-  AlignedMatrix sum_factor;             // L_A, m x m
-  std::vector<double> target_sum;       // c, m
-  std::vector<double> weights;          // A^-1 c, m
   // For the above; null before the first request.
   mutable std::shared_ptr<const SparsePosteriorForm> posterior_form;
 
@@ -91,14 +102,7 @@ absl::Status ProjectPoints(kernels::Context& context, const SparseModelOptions& 
 // A += sign sum_i v_i v_i^T / lambda_i, in the tiles of the lower triangle. v: k x m.
 void AddTerms(kernels::ConstMatrixView<double> v, const double* lambda, double sign,
               kernels::MatrixView<double> a);
-// c += sign sum_i v_i y_i / lambda_i. targets: k values.
-void AddTargetTerms(kernels::ConstMatrixView<double> v, const double* lambda, const double* targets,
-                    double sign, std::vector<double>& c);
-// L_A from A's lower triangle. Its eigenvalues are at least 1. So this can only fail (Internal)
-// with NaN values or with the rounding errors of removals.
-absl::StatusOr<AlignedMatrix> FactorOfSum(const AlignedMatrix& sum);
 // c := A^-1 c.
 void SolveSum(const AlignedMatrix& sum_factor, std::vector<double>& c);
-AlignedMatrix CopyOfSum(const AlignedMatrix& sum);
 
 }  // namespace egosieve::gp

@@ -10,7 +10,6 @@
 #include "gp/calibration/leave_one_out.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/training/marginal_likelihood.h"
-#include "gp/training/simulated_annealing.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/splitmix.h"
 #include "kernels/base/status_macros.h"
@@ -110,83 +109,67 @@ absl::StatusOr<double> HyperparameterTrainer::Objective(kernels::Context& contex
 }
 
 absl::Status HyperparameterTrainer::AnnealTheta(kernels::Context& context, const PointSet& subset,
-                                                TrainerState& state, TrainingReport& report) const {
+                                                TrainerState& state) const {
   const auto objective = [&](const std::vector<double>& theta) {
     return Objective(context, subset, theta, nullptr);
   };
-  EGOSIEVE_ASSIGN_OR_RETURN(const AnnealingResult result,
+  EGOSIEVE_ASSIGN_OR_RETURN(state.theta,
                             Anneal(objective, state.theta, bounds_, options_.annealing_evaluations,
                                    Mix(options_.seed, static_cast<uint64_t>(state.rounds), 1)));
-  state.theta = result.theta;
-  report.evaluations += options_.annealing_evaluations;
-  report.objective = result.objective;
   return absl::OkStatus();
 }
 
 absl::Status HyperparameterTrainer::ClimbTheta(kernels::Context& context, const PointSet& subset,
-                                               int64_t steps, TrainerState& state,
-                                               TrainingReport& report) const {
+                                               int64_t steps, TrainerState& state) const {
   std::vector<double> gradient;
   for (int64_t step = 0; step < steps; ++step) {
-    EGOSIEVE_ASSIGN_OR_RETURN(report.objective, Objective(context, subset, state.theta, &gradient));
-    ++report.evaluations;
+    EGOSIEVE_RETURN_IF_ERROR(Objective(context, subset, state.theta, &gradient).status());
     RpropStep(gradient, bounds_, state.optimiser, state.theta);
-    ++report.steps;
   }
   return absl::OkStatus();
 }
 
-absl::StatusOr<TrainingReport> HyperparameterTrainer::Train(kernels::Context& context,
-                                                            const Observations& points) {
+absl::Status HyperparameterTrainer::Train(kernels::Context& context, const Observations& points) {
   EGOSIEVE_RETURN_IF_ERROR(points.Validate(hyperparameters_.covariance.input_dimension()));
-  TrainingReport report;
   const double* targets = points.targets.data;
   const int64_t positives =
       std::count_if(targets, targets + points.size(), [](double y) { return y >= 0.0; });
-  if (points.size() < kMinimumPoints) {
-    report.reason = "too few points";
-    return report;
-  }
-  if (positives == 0 || positives == points.size()) {
-    report.reason = "one class only";
-    return report;
+  if (points.size() < kMinimumPoints || positives == 0 || positives == points.size()) {
+    return absl::OkStatus();
   }
   TrainerState next = state_;
   const uint64_t round = static_cast<uint64_t>(state_.rounds);
   const bool anneals = state_.rounds == 0;
   const bool settled = !anneals && state_.smoothed_movement < options_.settled_movement;
+  double check = 0.0;  // of a settled round
   if (anneals || settled) {
     const PointSet subset =
         Draw(points, options_.annealing_subset_size, Mix(options_.seed, round, 2));
     if (anneals) {
-      EGOSIEVE_RETURN_IF_ERROR(AnnealTheta(context, subset, next, report));
+      EGOSIEVE_RETURN_IF_ERROR(AnnealTheta(context, subset, next));
     } else {
-      EGOSIEVE_ASSIGN_OR_RETURN(report.objective, Objective(context, subset, next.theta, nullptr));
-      ++report.evaluations;
+      EGOSIEVE_ASSIGN_OR_RETURN(check, Objective(context, subset, next.theta, nullptr));
     }
   }
   const bool changed = settled && state_.smoothed_objective.has_value() &&
-                       report.objective < *state_.smoothed_objective - kChangeDrop;
+                       check < *state_.smoothed_objective - kChangeDrop;
   next.smoothed_objective =
-      settled && !changed ? MeanWith(state_.smoothed_objective, report.objective) : std::nullopt;
+      settled && !changed ? MeanWith(state_.smoothed_objective, check) : std::nullopt;
   if (changed) next.smoothed_movement = 1.0;
   if (settled && !changed && state_.rounds_since_step + 1 < options_.settled_interval) {
     ++next.rounds_since_step;
-    report.reason = "settled";
   } else {
     const PointSet subset = Draw(points, options_.subset_size, Mix(options_.seed, round, 0));
     EGOSIEVE_RETURN_IF_ERROR(ClimbTheta(
-        context, subset, anneals ? options_.initial_gradient_steps : kStepsPerRound, next, report));
+        context, subset, anneals ? options_.initial_gradient_steps : kStepsPerRound, next));
     next.rounds_since_step = 0;
-    report.movement = LargestChange(next.theta, state_.theta);
-    next.smoothed_movement += kSmoothing * (report.movement - next.smoothed_movement);
+    const double movement = LargestChange(next.theta, state_.theta);
+    next.smoothed_movement += kSmoothing * (movement - next.smoothed_movement);
   }
   ++next.rounds;
-  EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_, next.theta));
-  hyperparameters_ = std::move(hyperparameters);
+  EGOSIEVE_ASSIGN_OR_RETURN(hyperparameters_, FromLogarithms(hyperparameters_, next.theta));
   state_ = std::move(next);
-  return report;
+  return absl::OkStatus();
 }
 
 bool HyperparameterTrainer::ShouldRebuild(const Hyperparameters& used) const {
@@ -214,9 +197,7 @@ absl::Status HyperparameterTrainer::Restore(const TrainerState& state) {
         std::isfinite(state.smoothed_objective.value_or(0.0)))) {
     return absl::InvalidArgumentError("counts or smoothed values are negative or not numbers");
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_, state.theta));
-  hyperparameters_ = std::move(hyperparameters);
+  EGOSIEVE_ASSIGN_OR_RETURN(hyperparameters_, FromLogarithms(hyperparameters_, state.theta));
   state_ = state;
   return absl::OkStatus();
 }

@@ -27,7 +27,7 @@
 #include "absl/status/statusor.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/model/point_set.h"
-#include "gp/training/gradient_ascent.h"
+#include "gp/training/trainer_steps.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
@@ -58,14 +58,6 @@ struct TrainerState {
   std::optional<double> smoothed_objective;
 };
 
-struct TrainingReport {
-  int64_t evaluations = 0;  // of J, with or without its gradient
-  int64_t steps = 0;        // gradient steps taken
-  double objective = 0.0;   // J at the last evaluated theta, nats per point
-  double movement = 0.0;    // largest |change of theta_t| in this round
-  const char* reason = "";  // why no step was taken; empty if one was
-};
-
 class HyperparameterTrainer {
  public:
   // theta0 = ToLogarithms(initial): start and centre of the prior.
@@ -73,9 +65,9 @@ class HyperparameterTrainer {
                                                       const HyperparameterBounds& bounds,
                                                       const TrainerOptions& options = {});
 
-  // One round, on the model's points, of one output. If it is impossible (too few points, one
-  // class), the report gives the reason and theta stays. Unchanged after an error.
-  absl::StatusOr<TrainingReport> Train(kernels::Context& context, const Observations& points);
+  // One round, on the model's points, of one output. If it is impossible (too few points, one class)
+  // or ends in an error, nothing changes.
+  absl::Status Train(kernels::Context& context, const Observations& points);
 
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
 
@@ -94,10 +86,10 @@ class HyperparameterTrainer {
   absl::StatusOr<double> Objective(kernels::Context& context, const PointSet& subset,
                                    const std::vector<double>& theta,
                                    std::vector<double>* gradient) const;
-  absl::Status AnnealTheta(kernels::Context& context, const PointSet& subset, TrainerState& state,
-                           TrainingReport& report) const;
+  absl::Status AnnealTheta(kernels::Context& context, const PointSet& subset,
+                           TrainerState& state) const;
   absl::Status ClimbTheta(kernels::Context& context, const PointSet& subset, int64_t steps,
-                          TrainerState& state, TrainingReport& report) const;
+                          TrainerState& state) const;
   PointSet Draw(const Observations& points, int64_t size, uint64_t seed) const;
 
   Hyperparameters hyperparameters_;

@@ -10,7 +10,6 @@
 #include "gp/linalg/not_positive_definite.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 
 namespace egosieve::gp {

@@ -8,7 +8,6 @@
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/model/regression_weights.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/exact_regression.h"
 

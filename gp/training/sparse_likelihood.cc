@@ -5,32 +5,17 @@
 #include <utility>
 #include <vector>
 
-#include "gp/covariance/prior_variance.h"
+#include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/ops/covariance_gradient.h"
+#include "kernels/ops/covariance_matrix.h"
 
 namespace egosieve::gp {
 namespace {
 
 using kernels::ConstMatrixView;
 using kernels::MatrixView;
-
-absl::Status CheckArguments(const Hyperparameters& hyperparameters, const Observations& data,
-                            ConstMatrixView<double> inducing, const SparseModelOptions& options) {
-  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  const int64_t dimension = hyperparameters.covariance.input_dimension();
-  EGOSIEVE_RETURN_IF_ERROR(data.Validate(dimension));
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(inducing, dimension));
-  if (inducing.rows < 1) return absl::InvalidArgumentError("no inducing inputs");
-  if (data.outputs() != 1 || hyperparameters.mean != MeanFunction::kZero) {
-    return absl::InvalidArgumentError(
-        "sparse objectives are of one output and the zero mean; sum those of several outputs");
-  }
-  return absl::OkStatus();
-}
 
 // Intermediate results for the value and the gradient.
 struct Terms {
@@ -148,7 +133,7 @@ AlignedMatrix InducingWeights(const Terms& terms, const std::vector<double>& pri
 absl::StatusOr<MarginalLikelihood> ComputeSparseLikelihood(
     kernels::Context& context, const Hyperparameters& hyperparameters, const Observations& data,
     ConstMatrixView<double> inducing, LikelihoodOrder order, const SparseModelOptions& options) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckArguments(hyperparameters, data, inducing, options));
+  if (inducing.rows < 1) return absl::InvalidArgumentError("no inducing inputs");
   PointSet points;
   points.Append(data, 0);
   EGOSIEVE_ASSIGN_OR_RETURN(const Terms terms,

@@ -40,8 +40,8 @@
 
 namespace egosieve::gp {
 
-// inducing: m x D, m > 0. options: FITC's objective for FITC, else VFE, and the jitter on K_uu.
-// Observations of one output; the zero mean; otherwise InvalidArgument.
+// inducing: m x D; InvalidArgument for m = 0. options: FITC's objective for FITC, else VFE, and the
+// jitter on K_uu. Hyperparameters with the zero mean, and observations of one output, both valid.
 // FailedPrecondition if K_uu is not positive definite with the largest jitter.
 absl::StatusOr<MarginalLikelihood> ComputeSparseLikelihood(
     kernels::Context& context, const Hyperparameters& hyperparameters, const Observations& data,

@@ -21,7 +21,7 @@
 //   (1) FACTOR 1:  V = K_g - sum_{h<g} L_gh v_h,  v_g = L_gg^-1 V,  squares += v_g^2
 //   (2) FACTOR 2:  v_g = K_g,  squares += (sum_{h<=g} R_gh v_h)^2
 //
-// The factor is packed with panels of GROUP rows (kernels/ops/packed_factor.h): block g is first_g
+// The factor is packed with panels of GROUP rows (kernels/ops/opencl_posterior_model.h): block g is first_g
 // + GROUP columns of GROUP values, with the diagonal block last. Traffic per multiply-add: 4 /
 // GROUP bytes of scratch, 4 / QUERIES of the factor, and (PANEL + WIDTH) / (PANEL WIDTH) values of
 // local memory. The columns of a tile never mix, and the operations and the order of the sums are

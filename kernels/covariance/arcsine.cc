@@ -197,13 +197,6 @@ class Arcsine : public Elementary {
                                 {"$PLAIN", DotSuffices(request) ? "1" : "0"}});
   }
 
-  std::string DeviceNote(const DeviceCodeRequest& request) const override {
-    return absl::StrFormat(
-        "%s arcsine: (1 - |z|) / 2 >= %.2g for this model, differences needed below %.2g",
-        DotSuffices(request) ? "plain" : "accurate", SmallestH(request),
-        DifferenceThreshold(request.dimension + 1));
-  }
-
  private:
   struct Terms {
     double sign;  // s
@@ -224,16 +217,12 @@ class Arcsine : public Elementary {
 
   // |z| <= |a^| = sqrt(1 - e_a) for every query, so h >= (1 - sqrt(1 - e_a)) / 2 >= e_a / 4, and
   // the prepared training inputs contain e_a / 4.
-  static float SmallestH(const DeviceCodeRequest& request) {
+  static bool DotSuffices(const DeviceCodeRequest& request) {
     float smallest = request.points.rows == 0 ? 0.0f : 1.0f;
     for (int64_t i = 0; i < request.points.rows; ++i) {
       smallest = std::min(smallest, request.points(i, request.dimension + 1));
     }
-    return smallest;
-  }
-
-  static bool DotSuffices(const DeviceCodeRequest& request) {
-    return SmallestH(request) > DifferenceThreshold(request.dimension + 1);
+    return smallest > DifferenceThreshold(request.dimension + 1);
   }
 };
 

@@ -8,13 +8,11 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/covariance/covariance_composition.h"
 
 namespace egosieve::kernels {
 namespace {
 
 using Part = CovariancePart;
-using Names = std::map<std::string, Part, std::less<>>;
 
 constexpr int kDeepest = 32;  // nested parentheses
 
@@ -35,7 +33,7 @@ std::string TextOf(const std::vector<int64_t>& columns) {
 // A recursive-descent parser of the grammar.
 class Parser {
  public:
-  Parser(std::string_view text, const Names& names) : text_(text), names_(names) {}
+  Parser(std::string_view text, const CovarianceNames& names) : text_(text), names_(names) {}
 
   absl::StatusOr<NamedDescription> Parse() {
     EGOSIEVE_ASSIGN_OR_RETURN(NamedDescription sum, Sum(0));
@@ -153,13 +151,14 @@ class Parser {
   }
 
   std::string_view text_;
-  const Names& names_;
+  const CovarianceNames& names_;
   size_t place_ = 0;
 };
 
 }  // namespace
 
-absl::StatusOr<NamedDescription> ParseCovariance(std::string_view text, const Names& names) {
+absl::StatusOr<NamedDescription> ParseCovariance(std::string_view text,
+                                                 const CovarianceNames& names) {
   return Parser(text, names).Parse();
 }
 

@@ -1,6 +1,5 @@
 // Sums, products, shared scales and columns of covariance functions: descriptions composed of
-// descriptions.
-// The grammar is in covariance_function.h.
+// descriptions. The grammar is in covariance_function.h.
 //
 //   sum        p = (p_1, a_2, p_2, ...)   v = v_1 + a_2 a_2' v_2 + ...
 //                                         dv/dlog a_2 = 2 a_2 a_2' v_2
@@ -16,20 +15,30 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "kernels/covariance/covariance_function.h"
 
 namespace egosieve::kernels {
 
+using CovariancePart = std::shared_ptr<const CovarianceDescription>;
+using CovarianceNames = std::map<std::string, CovariancePart, std::less<>>;
+
+// At least two parts.
+CovariancePart MakeComposition(std::vector<CovariancePart> parts, bool is_sum);
+// Of a part without columns.
+CovariancePart MakeIsotropic(CovariancePart part);
+// Of a part without columns. columns: at least one, increasing, in [0, kMaxInputDimension).
+CovariancePart MakeOfColumns(const CovariancePart& part, const std::vector<int64_t>& columns);
+
 struct NamedDescription {
   std::string text;  // canonical
-  std::shared_ptr<const CovarianceDescription> description;
+  CovariancePart description;
 };
 
 // `names`: the elementary functions.
-absl::StatusOr<NamedDescription> ParseCovariance(
-    std::string_view text,
-    const std::map<std::string, std::shared_ptr<const CovarianceDescription>, std::less<>>& names);
+absl::StatusOr<NamedDescription> ParseCovariance(std::string_view text,
+                                                 const CovarianceNames& names);
 
 }  // namespace egosieve::kernels

@@ -12,14 +12,10 @@
 namespace egosieve::kernels {
 namespace {
 
-using Descriptions =
-    std::map<std::string, std::shared_ptr<const CovarianceDescription>, std::less<>>;
-
 // All names and compositions requested so far; they are never removed.
 struct Known {
   std::mutex mutex;
-  Descriptions named;
-  Descriptions composed;
+  CovarianceNames named, composed;
 };
 
 Known& AllKnown() {

@@ -126,8 +126,6 @@ class CovarianceDescription {
                             absl::FunctionRef<double()> /*normal*/, double* /*frequency*/) const {}
   virtual std::string DeviceCode(const DeviceCodeRequest& request) const = 0;
   virtual std::string PreparationCode(const DeviceCodeRequest& request) const = 0;
-  // Comment on the code for the log; may be empty.
-  virtual std::string DeviceNote(const DeviceCodeRequest& /*request*/) const { return ""; }
 
  protected:
   explicit CovarianceDescription(std::vector<ScaleGroup> groups);
@@ -159,9 +157,6 @@ class CovarianceFunction {
 
   friend bool operator==(const CovarianceFunction& a, const CovarianceFunction& b) {
     return a.text() == b.text();
-  }
-  friend bool operator!=(const CovarianceFunction& a, const CovarianceFunction& b) {
-    return !(a == b);
   }
 
  private:

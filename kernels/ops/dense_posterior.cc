@@ -1,8 +1,5 @@
 #include "kernels/ops/dense_posterior.h"
 
-#include <string>
-
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
@@ -19,7 +16,6 @@ class HostPosterior : public DensePosterior {
       : dimension_(model.covariance.input_dimension()),
         count_(model.inputs.rows),
         factor_kind_(model.factor_kind),
-        covariance_(model.covariance.function.text()),
         posterior_(model) {}
 
   absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
@@ -36,10 +32,6 @@ class HostPosterior : public DensePosterior {
     return absl::FailedPreconditionError("the reference has no queues: open an OpenCL device");
   }
 
-  std::string description() const override {
-    return absl::StrCat("reference: float64 on the host, ", covariance_);
-  }
-
  private:
   template <typename Query>
   absl::StatusOr<PosteriorCounts> EvaluateQueries(ConstMatrixView<Query> queries,
@@ -54,7 +46,6 @@ class HostPosterior : public DensePosterior {
   int64_t dimension_;
   int64_t count_;
   FactorKind factor_kind_;
-  std::string covariance_;
   reference::DensePosterior posterior_;
 };
 

@@ -13,7 +13,7 @@
 //
 // Cost per query: n (D + 10) multiply-adds for the mean, n^2 / 2 more for the variance. Arithmetic
 // is float32 on the device (float64 with "reference"); L is not inverted, except for its diagonal
-// blocks (kernels/ops/packed_factor.h). The error of the covariances depends on the function (see
+// blocks (kernels/ops/opencl_posterior_model.h). The error of the covariances depends on the function (see
 // its file in kernels/covariance; arcsine: e = 1e-6). That of the mean is at most sigma_f^2
 // |alpha|_1 (e + (66 + n / 64) 2^-24 f_max), f_max = pi / 2 for the arcsine. Queries are processed
 // in tiles within a memory limit; the bits of a query's result do not depend on its tile.
@@ -21,7 +21,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
 
 #include "absl/status/statusor.h"
 #include "kernels/base/matrix_view.h"
@@ -99,10 +98,21 @@ class DensePosterior {
   virtual absl::StatusOr<cl_event> Enqueue(const BufferMatrix& queries,
                                            const DeviceOutputs& outputs,
                                            const DeviceCall& call) const = 0;
-
-  // One line for logs: device and covariance function; if the function has several forms of device
-  // code, also the chosen form and the reason.
-  virtual std::string description() const = 0;
 };
+
+// One posterior on several devices: DensePosterior::Create for each. A context may be there more than
+// once. The queries of a call are divided into pieces: first one for each device, and then the next
+// one for each device that has finished. A query's result equals that of the device that computed it,
+// to the bit; devices of different kinds agree within the errors above. Memory: the model on each
+// device, and a second copy of the results on the host, since a device may fail in any piece and
+// nothing may be written then. InvalidArgument without a context. Enqueue on the posterior of several
+// is FailedPrecondition, since a queue belongs to one device.
+absl::StatusOr<std::unique_ptr<DensePosterior>> CreateSharedPosterior(
+    const Contexts& contexts, const PosteriorModel& model,
+    const DensePosteriorOptions& options = {});
+
+// Queries per piece, for M queries on `devices` devices: eight pieces per device, so that one that is
+// last waits for an eighth of a device's share at most, if each then has at least 1,024 queries.
+int64_t SharedPiece(int64_t query_count, int64_t devices);
 
 }  // namespace egosieve::kernels

@@ -25,7 +25,7 @@ using opencl::DeviceMatrix;
 using opencl::PreparedBlock;
 
 absl::Status CheckNoisyPoints(const CovarianceParameters& parameters, ConstMatrixView<double> x,
-                              double noise_variance, absl::Span<const double> variances) {
+                              absl::Span<const double> variances) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
   if (x.rows < 1 || x.rows > std::numeric_limits<int32_t>::max()) {
@@ -34,13 +34,6 @@ absl::Status CheckNoisyPoints(const CovarianceParameters& parameters, ConstMatri
   if (!variances.empty() && static_cast<int64_t>(variances.size()) != x.rows) {
     return absl::InvalidArgumentError(
         absl::StrFormat("%d noise variances for %d points", variances.size(), x.rows));
-  }
-  const auto check = [](const char* name, double value) {
-    return CheckOptions({{name, value, IsNotNegative(value), "be finite and at least 0"}});
-  };
-  EGOSIEVE_RETURN_IF_ERROR(check("noise_variance", noise_variance));
-  for (const double value : variances) {
-    EGOSIEVE_RETURN_IF_ERROR(check("a point's noise variance", value));
   }
   return absl::OkStatus();
 }
@@ -167,7 +160,7 @@ absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
                                                 ConstMatrixView<double> y, double noise_variance,
                                                 absl::Span<const double> variances,
                                                 bool with_gradient) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckNoisyPoints(parameters, x, noise_variance, variances));
+  EGOSIEVE_RETURN_IF_ERROR(CheckNoisyPoints(parameters, x, variances));
   EGOSIEVE_RETURN_IF_ERROR(CheckTargets(x, y));
   constexpr char kDoing[] = "regressing on the device";
   EGOSIEVE_ASSIGN_OR_RETURN(Tools tools, Prepare(context, parameters, with_gradient, kDoing));
@@ -188,7 +181,7 @@ absl::StatusOr<int64_t> FactorizeOnDevice(Context& context, const CovariancePara
                                           ConstMatrixView<double> x, double noise_variance,
                                           absl::Span<const double> variances,
                                           MatrixView<double> out) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckNoisyPoints(parameters, x, noise_variance, variances));
+  EGOSIEVE_RETURN_IF_ERROR(CheckNoisyPoints(parameters, x, variances));
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, x.rows, x.rows));
   constexpr char kDoing[] = "factorising on the device";
   EGOSIEVE_ASSIGN_OR_RETURN(Tools tools, Prepare(context, parameters, false, kDoing));

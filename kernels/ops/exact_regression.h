@@ -6,7 +6,7 @@
 //   gradient_t = sum_ij (sum_c alpha_ic alpha_jc - k (K + ...)^-1_ij) dK_ij / d theta_t      (3)
 //   trace = sum_i of the same weights (i, i)
 //
-// with Y of k outputs; (3) is that of kernels/ops/covariance_gradient.h, twice the gradient of the
+// with Y of k outputs; (3) is that of kernels/ops/covariance_matrix.h, twice the gradient of the
 // log marginal likelihood. Float64. Covariances, factor, inverse and weights stay in the device's
 // memory, as two n x n arrays. The transfers are n (D + 2 k + 2) values to the device, and n (k +
 // 2) and n / 4 per parameter back. Cost: n^3 / 3 flops, n^3 with the gradient
@@ -38,7 +38,7 @@ struct ExactRegression {
 bool RegressesOnDevice(const Context& context);
 
 // x: n x D; y: n x k, k >= 1; variances: n values of v; empty: all 0. InvalidArgument for other
-// shapes and NaN or infinite values; FailedPrecondition on devices without float64.
+// shapes and points or targets that are NaN or infinite; FailedPrecondition on devices without float64.
 absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
                                                 const CovarianceParameters& parameters,
                                                 ConstMatrixView<double> x,

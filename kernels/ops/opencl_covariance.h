@@ -83,7 +83,7 @@ class CovarianceKernels {
   double signal_variance_ = 1.0;
 };
 
-// As kernels/ops/covariance_gradient.h; needs float64. With `lower_only` z is x and w symmetric
+// As kernels/ops/covariance_matrix.h; needs float64. With `lower_only` z is x and w symmetric
 // with the lower triangle read.
 absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        const CovarianceParameters& parameters,

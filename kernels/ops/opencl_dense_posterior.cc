@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/device_preparation.h"
 #include "kernels/ops/enqueued_call.h"
@@ -15,7 +13,7 @@
 #include "kernels/ops/opencl_posterior_model.h"
 #include "kernels/ops/posterior_tiling.h"
 #include "kernels/runtime/buffer.h"
-#include "kernels/runtime/fork_guard.h"
+#include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/opencl_error.h"
 
 namespace egosieve::kernels::opencl {
@@ -85,8 +83,8 @@ class OpenClPosterior : public DensePosterior {
         options_(options),
         shapes_(*context_, PreparedWidth(model.covariance)),
         model_(std::make_shared<const DeviceModel>(*context_, model, shapes_.blocking())),
-        preparation_(std::make_shared<const DevicePreparation>(*context_, model_->covariance(),
-                                                               model_->preparation())) {}
+        preparation_(std::make_shared<const DevicePreparation>(*context_, model_->covariance,
+                                                               model_->preparation)) {}
 
   absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                            const PosteriorOutputs& outputs) const override {
@@ -98,11 +96,6 @@ class OpenClPosterior : public DensePosterior {
   }
   absl::StatusOr<cl_event> Enqueue(const BufferMatrix& queries, const DeviceOutputs& outputs,
                                    const DeviceCall& call) const override;
-  std::string description() const override {
-    return absl::StrCat(context_->info().name, ": float32, ",
-                        model_->note().empty() ? std::string(model_->covariance().function.text())
-                                               : model_->note());
-  }
 
  private:
   // Common data of a kernel's commands.
@@ -114,11 +107,11 @@ class OpenClPosterior : public DensePosterior {
   };
 
   FactorKind KindFor(int mask) const {
-    return NeedsVariance(mask) ? model_->factor_kind() : FactorKind::kNone;
+    return NeedsVariance(mask) ? model_->factor_kind : FactorKind::kNone;
   }
   absl::StatusOr<cl::Kernel> Kernel(Workspace& workspace, FactorKind kind) const {
     return workspace.Kernel(shapes_.file(), shapes_.BuildOptions(*context_, kind),
-                            "dense_posterior", model_->covariance_code());
+                            "dense_posterior", model_->covariance_code);
   }
   template <typename Query>
   absl::StatusOr<PosteriorCounts> EvaluateQueries(ConstMatrixView<Query> queries,
@@ -155,16 +148,15 @@ void OpenClPosterior::Start(Launch& launch, const cl::CommandQueue& queue,
                             const cl::Buffer& variance, const cl::Buffer& probability,
                             const std::array<int64_t, 3>& first_results,
                             const std::vector<cl::Event>* after, cl::Event* done) const {
-  const double signal_stddev = model_->covariance().signal_stddev;
+  const double signal_stddev = model_->covariance.signal_stddev;
   const PosteriorTiling& tiling = launch.tiling;
-  SetArguments(launch.kernel, queries, cl_long{stride}, cl_long{count}, model_->inputs(),
-               model_->alpha(), static_cast<cl_int>(model_->count()),
-               static_cast<cl_int>(PaddedCount(model_->count(), shapes_.blocking().panel)),
-               model_->factor(), static_cast<float>(signal_stddev * signal_stddev),
-               model_->squash_a(), model_->squash_b(), cl_int{tiling.micro_tiles},
-               cl_int{launch.mask}, launch.scratch, cl_long{tiling.scratch_floats}, counters, mean,
-               variance, probability, cl_long{first_results[0]}, cl_long{first_results[1]},
-               cl_long{first_results[2]});
+  SetArguments(launch.kernel, queries, cl_long{stride}, cl_long{count}, model_->inputs,
+               model_->alpha, static_cast<cl_int>(model_->count),
+               static_cast<cl_int>(PaddedCount(model_->count, shapes_.blocking().panel)),
+               model_->factor, static_cast<float>(signal_stddev * signal_stddev), model_->squash_a,
+               model_->squash_b, cl_int{tiling.micro_tiles}, cl_int{launch.mask}, launch.scratch,
+               cl_long{tiling.scratch_floats}, counters, mean, variance, probability,
+               cl_long{first_results[0]}, cl_long{first_results[1]}, cl_long{first_results[2]});
   queue.enqueueNDRangeKernel(launch.kernel, cl::NullRange, cl::NDRange(tiling.work_items),
                              cl::NDRange(tiling.work_group), after, done);
 }
@@ -173,7 +165,7 @@ template <typename Query>
 Chunk OpenClPosterior::Prepare(ConstMatrixView<Query> queries, int64_t begin,
                                const PosteriorTiling& tiling, StagedOutputs& staged) const {
   const int64_t end = std::min(begin + tiling.chunk_queries, queries.rows);
-  return {PrepareColumns<Query, float>(model_->preparation(), queries.rows_between(begin, end),
+  return {PrepareColumns<Query, float>(model_->preparation, queries.rows_between(begin, end),
                                        tiling.tile_queries),
           end - begin, staged.From(begin)};
 }
@@ -207,10 +199,9 @@ int64_t OpenClPosterior::Evaluate(Launch& launch, const cl::CommandQueue& queue,
 template <typename Query>
 absl::StatusOr<PosteriorCounts> OpenClPosterior::EvaluateQueries(
     ConstMatrixView<Query> queries, const PosteriorOutputs& outputs) const {
-  EGOSIEVE_RETURN_IF_ERROR(CheckQueries(model_->covariance().input_dimension(), queries));
+  EGOSIEVE_RETURN_IF_ERROR(CheckQueries(model_->covariance.input_dimension(), queries));
   const int mask = OutputMask(outputs);
-  EGOSIEVE_RETURN_IF_ERROR(
-      CheckOutputs(NeedsVariance(mask), model_->factor_kind(), model_->count()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckOutputs(NeedsVariance(mask), model_->factor_kind, model_->count));
   PosteriorCounts counts;
   if (queries.rows == 0 || mask == 0) return counts;
   constexpr char kDoing[] = "evaluating a dense posterior";
@@ -218,7 +209,7 @@ absl::StatusOr<PosteriorCounts> OpenClPosterior::EvaluateQueries(
   const FactorKind kind = KindFor(mask);
   EGOSIEVE_ASSIGN_OR_RETURN(const cl::Kernel kernel, Kernel(*workspace, kind));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
-    const PosteriorTiling tiling = shapes_.Tile(*context_, kind, model_->count(), queries.rows,
+    const PosteriorTiling tiling = shapes_.Tile(*context_, kind, model_->count, queries.rows,
                                                 MemoryCapBytes(options_, *context_));
     Launch launch{
         kernel, tiling, mask,
@@ -244,7 +235,7 @@ void OpenClPosterior::EnqueueChunks(Launch& launch, cl::Kernel& prepare, Workspa
                                     const cl::CommandQueue& queue,
                                     std::vector<cl::Event>& last) const {
   const PosteriorTiling& tiling = launch.tiling;
-  const int64_t width = model_->preparation().width();
+  const int64_t width = model_->preparation.width();
   const cl::Buffer prepared =
       workspace.Scratch(Workspace::Memory::kQueries, width * tiling.chunk_queries * sizeof(float));
   const cl::Buffer counters = workspace.Scratch(Workspace::Memory::kCounters, 2 * sizeof(cl_int));
@@ -253,7 +244,7 @@ void OpenClPosterior::EnqueueChunks(Launch& launch, cl::Kernel& prepare, Workspa
     return output.memory != nullptr ? cl::Buffer(output.memory, /*retainObject=*/true) : counters;
   };
   const int64_t stride =
-      queries.stride == 0 ? model_->covariance().input_dimension() : queries.stride;
+      queries.stride == 0 ? model_->covariance.input_dimension() : queries.stride;
   cl::Event done;
   const auto next = [&] { last = {done}; };
   for (int64_t begin = 0; begin < queries.rows; begin += tiling.chunk_queries) {
@@ -287,11 +278,10 @@ absl::StatusOr<cl_event> OpenClPosterior::Enqueue(const BufferMatrix& queries,
                                                   const DeviceOutputs& outputs,
                                                   const DeviceCall& call) const {
   const int mask = OutputMask(outputs);
-  EGOSIEVE_RETURN_IF_ERROR(
-      CheckOutputs(NeedsVariance(mask), model_->factor_kind(), model_->count()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckOutputs(NeedsVariance(mask), model_->factor_kind, model_->count));
   EGOSIEVE_RETURN_IF_ERROR(CheckDeviceCall(*context_, call));
   EGOSIEVE_RETURN_IF_ERROR(
-      CheckArrays(*context_, model_->covariance().input_dimension(), queries, outputs));
+      CheckArrays(*context_, model_->covariance.input_dimension(), queries, outputs));
   constexpr char kDoing[] = "enqueuing a dense posterior";
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context_->Borrow(kDoing));
   auto in_use = std::make_unique<CallInUse>(
@@ -305,7 +295,7 @@ absl::StatusOr<cl_event> OpenClPosterior::Enqueue(const BufferMatrix& queries,
       kDoing, call, std::move(in_use),
       [&](const cl::CommandQueue& queue, std::vector<cl::Event>& last) {
         if (mask == 0 || queries.rows == 0) return Mark(queue, last);
-        const PosteriorTiling tiling = shapes_.Tile(*context_, kind, model_->count(), queries.rows,
+        const PosteriorTiling tiling = shapes_.Tile(*context_, kind, model_->count, queries.rows,
                                                     MemoryCapBytes(options_, *context_));
         Launch launch{
             kernel, tiling, mask,

@@ -1,15 +1,11 @@
-#include "kernels/ops/shared_posterior.h"
-
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
-#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_join.h"
 #include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/opencl_dense_posterior.h"
@@ -35,12 +31,6 @@ class SharedPosterior : public DensePosterior {
                                    const DeviceCall&) const override {
     return absl::FailedPreconditionError(
         "a queue belongs to one device; this posterior lies on several");
-  }
-
-  std::string description() const override {
-    return absl::StrJoin(devices_, "; ", [](std::string* out, const auto& device) {
-      out->append(device->description());
-    });
   }
 
  private:

@@ -14,7 +14,13 @@ namespace egosieve::kernels {
 // All of these functions throw cl::Error: call them inside CatchOpenClErrors.
 
 // A buffer of `bytes` at `data`, which must not change while the buffer is in use. bytes > 0.
-cl::Buffer InputBuffer(const Context& context, const void* data, size_t bytes);
+inline cl::Buffer InputBuffer(const Context& context, const void* data, size_t bytes) {
+  const cl_mem_flags placement =
+      context.shares_host_memory() ? CL_MEM_USE_HOST_PTR : CL_MEM_COPY_HOST_PTR;
+  // The bindings need a mutable pointer, but a read-only buffer is never written.
+  return cl::Buffer(context.cl_context(), CL_MEM_READ_ONLY | placement, bytes,
+                    const_cast<void*>(data));
+}
 
 template <typename T>
 cl::Buffer InputBuffer(const Context& context, const std::vector<T>& values) {

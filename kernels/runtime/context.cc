@@ -11,11 +11,10 @@
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/cl/sources.h"
-#include "kernels/runtime/fork_guard.h"
+#include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/opencl_context.h"
 #include "kernels/runtime/opencl_device.h"
 #include "kernels/runtime/opencl_error.h"
-#include "kernels/runtime/pocl_cache.h"
 
 namespace egosieve::kernels {
 namespace {

@@ -1,7 +1,10 @@
 #include "kernels/runtime/driver_check.h"
 
 #include <dlfcn.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -11,7 +14,8 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "kernels/runtime/pocl_cache.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/files/atomic_file.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -43,6 +47,21 @@ std::vector<Driver> InstalledDrivers() {
     if (!library.empty()) drivers.push_back({it->path().string(), library});
   }
   return drivers;
+}
+
+std::atomic<pid_t> first_user{0};
+
+// A program of PoCL's takes up to about so many bytes.
+constexpr size_t kProgramBytes = 65536;
+
+// `folder`, or its nearest existing parent; empty if there is none but the root.
+std::string ExistingPart(std::string folder) {
+  while (access(folder.c_str(), F_OK) != 0) {
+    const size_t slash = folder.rfind('/');
+    if (slash == std::string::npos || slash == 0) return "";
+    folder.resize(slash);
+  }
+  return folder;
 }
 
 }  // namespace
@@ -82,6 +101,45 @@ std::string WhyNoDevice() {
                       " (see HOME, TMPDIR, POCL_CACHE_DIR), allow it more memory "
                       "and threads (see ulimit -v, ulimit -u)",
                       kElse);
+}
+
+absl::Status CheckNotForked() {
+  const pid_t here = getpid();
+  pid_t user = 0;
+  if (first_user.compare_exchange_strong(user, here) || user == here) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      "this process was forked from one that had used OpenCL, whose drivers do not survive that: "
+      "start processes by spawn (in Python multiprocessing.get_context(\"spawn\")), fork before "
+      "the first use, or use the device \"reference\" in both");
+}
+
+std::string PoclCacheFolder() {
+  if (const char* chosen = std::getenv("POCL_CACHE_DIR")) return chosen;
+  if (const char* cache = std::getenv("XDG_CACHE_HOME")) return absl::StrCat(cache, "/pocl/kcache");
+  if (const char* home = std::getenv("HOME")) return absl::StrCat(home, "/.cache/pocl/kcache");
+  return "";
+}
+
+absl::Status CheckPoclCanWrite() {
+  const std::string folder = PoclCacheFolder(), existing = ExistingPart(folder);
+  if (existing.empty()) return absl::PermissionDeniedError(absl::StrCat("cannot write ", folder));
+  const std::string path = absl::StrCat(existing, "/egosieve-room");
+  EGOSIEVE_ASSIGN_OR_RETURN(const TemporaryFile file, TemporaryFile::Create(path));
+  return WriteAll(file.descriptor(), std::string(kProgramBytes, '\0'), path);
+}
+
+void LetPoclWrite() {
+  if (std::getenv("POCL_CACHE_DIR") != nullptr) return;
+  const std::string existing = ExistingPart(PoclCacheFolder());
+  if (!existing.empty() && access(existing.c_str(), W_OK | X_OK) == 0) return;
+  const char* temporary = std::getenv("TMPDIR");
+  const std::string folder =
+      absl::StrCat(temporary != nullptr ? temporary : "/tmp", "/egosieve-pocl-", getuid());
+  mkdir(folder.c_str(), 0700);
+  struct stat status;
+  if (lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == getuid()) {
+    setenv("POCL_CACHE_DIR", folder.c_str(), /*overwrite=*/0);
+  }
 }
 
 }  // namespace egosieve::kernels

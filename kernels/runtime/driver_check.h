@@ -1,4 +1,5 @@
-// Reasons for a missing OpenCL device, and whether the drivers can be queried safely.
+// Whether OpenCL drivers can be used safely: reasons for a missing device, processes that were forked,
+// and the folder of PoCL's compiled programs.
 #pragma once
 
 #include <string>
@@ -16,5 +17,24 @@ std::string WhyNoDevice();
 // for processors, because `processors`, the kernel's list of them, is missing (/sys is not
 // mounted).
 absl::Status CheckDriversCanStart(const std::string& processors = "/sys/devices/system/cpu");
+
+// OpenCL drivers do not survive fork: the child has none of their threads, and its first command would
+// wait forever. The first use of a driver is recorded with its process. Call it before any driver:
+// FailedPrecondition, with a remedy, if an ancestor of this process used a driver before it forked.
+absl::Status CheckNotForked();
+
+// The folder of PoCL's compiled programs. If PoCL cannot write there (a read-only home, a sandbox), it
+// builds nothing or offers no device; if the folder is damaged, it ends the process.
+// $POCL_CACHE_DIR, else pocl/kcache below $XDG_CACHE_HOME or $HOME/.cache; empty if none of them is
+// set.
+std::string PoclCacheFolder();
+
+// Whether there is room for a program in that folder, tried by writing a temporary file; else a
+// status that says why not.
+absl::Status CheckPoclCanWrite();
+
+// If the permissions do not let PoCL write there, sets POCL_CACHE_DIR to a private temporary folder. For
+// programs, before they start threads: a library must not change its process's environment.
+void LetPoclWrite();
 
 }  // namespace egosieve::kernels

@@ -1,6 +1,7 @@
 #include "kernels/runtime/tuning.h"
 
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 
 #include "absl/strings/numbers.h"
@@ -8,7 +9,6 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "kernels/files/atomic_file.h"
-#include "kernels/runtime/cache_folder.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -113,6 +113,26 @@ KernelTuning ParseTuning(std::string_view text, const KernelTuning& defaults) {
     }
   }
   return tuning.Validate().ok() ? tuning : defaults;
+}
+
+std::string CacheFolder() {
+  if (const char* own = std::getenv("EGOSIEVE_CACHE_DIR"); own != nullptr && *own != '\0')
+    return own;
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != '\0') {
+    return absl::StrCat(cache, "/egosieve");
+  }
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+    return absl::StrCat(home, "/.cache/egosieve");
+  }
+  return "";
+}
+
+uint64_t HashBytes(std::string_view bytes) {
+  uint64_t hash = 14695981039346656037u;
+  for (const char byte : bytes) {
+    hash = (hash ^ static_cast<unsigned char>(byte)) * 1099511628211u;
+  }
+  return hash;
 }
 
 std::string TuningPath(const DeviceInfo& device) {

@@ -5,6 +5,7 @@
 // the defaults are then used.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -50,5 +51,12 @@ KernelTuning LoadTuning(const DeviceInfo& device, const KernelTuning& defaults);
 
 // Writes a file beside the table and renames it.
 absl::Status SaveTuning(const DeviceInfo& device, const KernelTuning& tuning);
+
+// The user's cache folder: $EGOSIEVE_CACHE_DIR, else $XDG_CACHE_HOME/egosieve, else $HOME/.cache/egosieve; empty if none is
+// set. It need not exist.
+std::string CacheFolder();
+
+// FNV-1a, 64 bits.
+uint64_t HashBytes(std::string_view bytes);
 
 }  // namespace egosieve::kernels

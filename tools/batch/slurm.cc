@@ -13,7 +13,7 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/runtime/cache_folder.h"
+#include "kernels/runtime/tuning.h"
 #include "tools/cli/child_process.h"
 #include "tools/cli/interruption.h"
 #include "tools/run_folder/run_folder.h"

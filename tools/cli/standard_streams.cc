@@ -14,7 +14,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/exception_status.h"
-#include "kernels/runtime/pocl_cache.h"
+#include "kernels/runtime/driver_check.h"
 #include "tools/cli/exit_code.h"
 
 namespace egosieve::tools {

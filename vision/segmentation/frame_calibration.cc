@@ -19,8 +19,7 @@ absl::StatusOr<gp::SquashParameters> FitSquashToFrame(const gp::Posterior& poste
                                                       kernels::ConstMatrixView<float> inputs,
                                                       absl::Span<const double> labels,
                                                       absl::Span<const int64_t> left,
-                                                      int64_t sample_size, uint64_t seed,
-                                                      const gp::SquashFitOptions& options) {
+                                                      int64_t sample_size, uint64_t seed) {
   std::vector<double> targets;
   targets.reserve(left.size());
   for (const int64_t row : left) targets.push_back(2.0 * labels[row] - 1.0);
@@ -42,12 +41,9 @@ absl::StatusOr<gp::SquashParameters> FitSquashToFrame(const gp::Posterior& poste
   const double sum = std::accumulate(labels.begin(), labels.end(), 0.0);
   const double share =
       std::clamp(sum / static_cast<double>(labels.size()), kLeastShare, 1.0 - kLeastShare);
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const gp::SquashFit fit,
-      gp::FitSquash(std::vector<double>(mean.begin(), mean.end()),
-                    std::vector<double>(variance.begin(), variance.end()), Gather(labels, rows),
-                    posterior.squash(), options, share));
-  return fit.parameters;
+  return gp::FitSquash(std::vector<double>(mean.begin(), mean.end()),
+                       std::vector<double>(variance.begin(), variance.end()), Gather(labels, rows),
+                       posterior.squash(), share);
 }
 
 }  // namespace egosieve::vision

@@ -22,7 +22,6 @@ absl::StatusOr<gp::SquashParameters> FitSquashToFrame(const gp::Posterior& poste
                                                       kernels::ConstMatrixView<float> inputs,
                                                       absl::Span<const double> labels,
                                                       absl::Span<const int64_t> left,
-                                                      int64_t sample_size, uint64_t seed,
-                                                      const gp::SquashFitOptions& options);
+                                                      int64_t sample_size, uint64_t seed);
 
 }  // namespace egosieve::vision

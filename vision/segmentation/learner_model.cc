@@ -3,7 +3,7 @@
 #include <limits>
 #include <utility>
 
-#include "gp/model/model_checks.h"
+#include "gp/model/regression_model.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::vision {

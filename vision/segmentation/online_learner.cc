@@ -68,7 +68,6 @@ absl::Status OnlineLearnerOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(model.Validate());
   EGOSIEVE_RETURN_IF_ERROR(budget.Validate());
   EGOSIEVE_RETURN_IF_ERROR(training.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(squash.Validate());
   for (const double radius : {new_point_radius, model_radius}) {
     if (!(radius >= 0.0) || std::isinf(radius)) {
       return absl::InvalidArgumentError(
@@ -284,8 +283,7 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
 }
 
 absl::Status OnlineLearner::Train(FrameRecord& record) {
-  EGOSIEVE_RETURN_IF_ERROR(
-      trainer_.Train(*model_.context(), {model_.inputs(), model_.targets()}).status());
+  EGOSIEVE_RETURN_IF_ERROR(trainer_.Train(*model_.context(), {model_.inputs(), model_.targets()}));
   if (trainer_.ShouldRebuild(model_.hyperparameters())) {
     EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(trainer_.hyperparameters()));
     record.factor_rebuilt = true;
@@ -302,10 +300,8 @@ absl::Status OnlineLearner::Calibrate() {
   const std::vector<double> labels = LabelsOf(Gather(model_.targets(), predictions.rows));
   const double noise_variance = model_.hyperparameters().noise_variance();
   EGOSIEVE_ASSIGN_OR_RETURN(
-      const gp::SquashFit fit,
-      gp::FitSquash(predictions.mean, predictions.LatentVariance(noise_variance), labels, squash_,
-                    options_.squash));
-  squash_ = fit.parameters;
+      squash_,
+      gp::FitSquash(predictions.mean, predictions.LatentVariance(noise_variance), labels, squash_));
   return absl::OkStatus();
 }
 
@@ -321,9 +317,8 @@ absl::Status OnlineLearner::CalibrateToFrame(kernels::ConstMatrixView<float> inp
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const gp::Posterior> posterior,
                             model_.MakePosterior(squash_));
   EGOSIEVE_ASSIGN_OR_RETURN(
-      squash_,
-      FitSquashToFrame(*posterior, inputs, labels, left, options_.calibration_sample_size,
-                       options_.seed + static_cast<uint64_t>(frame_index), options_.squash));
+      squash_, FitSquashToFrame(*posterior, inputs, labels, left, options_.calibration_sample_size,
+                                options_.seed + static_cast<uint64_t>(frame_index)));
   return absl::OkStatus();
 }
 

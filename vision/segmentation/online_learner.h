@@ -67,7 +67,6 @@ struct OnlineLearnerOptions {
   double arrival_share = 0.5;
   gp::TrainerOptions training;
   int64_t calibration_sample_size = 600;  // points; at least 2
-  gp::SquashFitOptions squash;
   // True: by frame_calibration.h. False: by leave-one-out, as in the paper. Leave-one-out also
   // serves frames of which nearly all places are in the model.
   bool calibrates_to_frame = true;

@@ -51,7 +51,7 @@ void BM_OnlineFrame(benchmark::State& state) {
     mark(ComputeMarginalLikelihood(*BenchContext(), theta, {subset.view(), subset_targets},
                                    LikelihoodOrder::kValueAndGradient)
              .ok());
-    mark(model->MakePosterior(fit->parameters).ok());
+    mark(model->MakePosterior(*fit).ok());
     for (size_t s = 0; s < stages.size(); ++s) {
       stages[s].second +=
           std::chrono::duration<double, std::milli>(marks[s + 1] - marks[s]).count();

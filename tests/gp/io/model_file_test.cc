@@ -164,11 +164,9 @@ void Learn(int64_t time, Learner& learner) {
   const auto left_out = Value(learner.model.PredictLeaveOneOut());
   std::vector<double> labels;
   for (const double y : learner.model.targets()) labels.push_back(0.5 * (y + 1.0));
-  learner.squash =
-      FitSquash(left_out.mean,
-                left_out.LatentVariance(learner.model.hyperparameters().noise_variance()), labels,
-                learner.squash)
-          ->parameters;
+  learner.squash = Value(FitSquash(
+      left_out.mean, left_out.LatentVariance(learner.model.hyperparameters().noise_variance()),
+      labels, learner.squash));
 }
 
 ModelFile Checkpoint(const Learner& learner) {

@@ -132,8 +132,7 @@ TEST_P(CholeskyLaws, DeterminantAndInverseDiagonalAgreeWithEigen) {
   for (int64_t i = 0; i < n(); ++i) log_determinant += 2.0 * std::log(l(i, i));
   EXPECT_NEAR(cholesky.LogDeterminant(), log_determinant, n() * kEpsilon * 40.0);
   const std::vector<int64_t> rows = RandomRows(n(), n() / 2, generator);
-  std::vector<double> diagonal(rows.size());
-  ASSERT_TRUE(cholesky.InverseDiagonal(rows, absl::MakeSpan(diagonal)).ok());
+  const std::vector<double> diagonal = Value(cholesky.InverseDiagonal(rows));
   const RowMatrix inverse = l.triangularView<Eigen::Lower>().solve(RowMatrix::Identity(n(), n()));
   for (size_t i = 0; i < rows.size(); ++i) {
     // Two ways of substitution with the same factor: forward errors up to n eps cond(L), where
@@ -239,7 +238,9 @@ TEST(IncrementalCholesky, NoMemoryIsAnError) {
   auto generator = TestGenerator();
   const RowMatrix k = RandomGram(10, 1e-3, generator);
   IncrementalCholesky cholesky = FactorOf(k);
-  EXPECT_EQ(cholesky.Reserve(int64_t{1} << 28).code(), absl::StatusCode::kResourceExhausted);
+  const auto fill = [](kernels::MatrixView<double>) { return absl::OkStatus(); };
+  EXPECT_EQ(cholesky.Factorize(int64_t{1} << 28, fill).code(),
+            absl::StatusCode::kResourceExhausted);
   ExpectFactorOf(k, cholesky, 10);
 }
 
@@ -251,8 +252,7 @@ TEST(IncrementalCholesky, RefusesBadArguments) {
   using Rows = std::vector<int64_t>;
   for (const Rows& rows : {Rows{-1}, Rows{10}, Rows{3, 3}, Rows{4, 2}}) {
     EXPECT_THAT(cholesky.Remove(rows), IsInvalid());
-    std::vector<double> out(rows.size());
-    EXPECT_THAT(cholesky.InverseDiagonal(rows, absl::MakeSpan(out)), IsInvalid());
+    EXPECT_THAT(cholesky.InverseDiagonal(rows), IsInvalid());
   }
   const RowMatrix b = RowMatrix::Zero(9, 2);
   EXPECT_THAT(cholesky.Append(ViewOf(b), ViewOf(k)), IsInvalid());

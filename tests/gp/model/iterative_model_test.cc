@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "gp/linalg/not_positive_definite.h"
-#include "gp/model/covariance_product.h"
 #include "gp/model/exact_model.h"
 #include "kernels/base/parallel_for.h"
 #include "tests/gp/learning_problems.h"

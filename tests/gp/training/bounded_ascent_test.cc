@@ -7,7 +7,6 @@
 
 #include "absl/status/status.h"
 #include "gp/covariance/hyperparameters.h"
-#include "gp/covariance/prior_variance.h"
 #include "gp/training/laplace_approximation.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "tests/gp/learning_problems.h"

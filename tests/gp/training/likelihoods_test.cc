@@ -216,24 +216,5 @@ TEST(SparseLikelihood, FitcIsTheModelsOwn) {
               model.LogMarginalLikelihood(), 1e-10 * 70);
 }
 
-TEST(SparseLikelihood, RefusesWhatItIsNotOf) {
-  Problem problem("arcsine", 10, 3);
-  const auto code = [&](const Observations& data, const RowMatrix& u, double jitter = 1e-6) {
-    return ComputeSparseLikelihood(*TestContext(), problem.theta, data, ViewOf(u),
-                                   LikelihoodOrder::kValue, {.relative_jitter = jitter})
-        .status()
-        .code();
-  };
-  EXPECT_EQ(code(problem.data(), problem.inducing), absl::StatusCode::kOk);
-  EXPECT_EQ(code(problem.data(), RowMatrix(0, 3)), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(code(problem.data(), RowMatrix::Zero(2, 2)), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(code(problem.data(), problem.inducing, -1.0), absl::StatusCode::kInvalidArgument);
-  const RowMatrix two = RowMatrix::Ones(10, 2);
-  EXPECT_EQ(code({ViewOf(problem.x), ViewOf(two)}, problem.inducing),
-            absl::StatusCode::kInvalidArgument);
-  problem.theta.mean = MeanFunction::kConstant;
-  EXPECT_EQ(code(problem.data(), problem.inducing), absl::StatusCode::kInvalidArgument);
-}
-
 }  // namespace
 }  // namespace egosieve::gp

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kernels/base/prepared_points.h"
-#include "kernels/ops/input_gradient.h"
+#include "kernels/ops/covariance_matrix.h"
 #include "kernels/reference/covariance.h"
 #include "tests/kernels/covariance/expressions.h"
 #include "tests/kernels/test_data.h"

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "kernels/base/prepared_points.h"
-#include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/reference/covariance.h"

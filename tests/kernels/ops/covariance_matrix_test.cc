@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "kernels/ops/covariance_gradient.h"
 #include "kernels/reference/covariance.h"
 #include "tests/kernels/float32_covariances.h"
 #include "tests/kernels/test_data.h"

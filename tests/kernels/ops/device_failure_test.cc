@@ -10,7 +10,6 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
-#include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/ops/exact_regression.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "kernels/ops/device_preparation.h"
-#include "kernels/ops/local_tiles.h"
+#include "kernels/ops/posterior_tiling.h"
 #include "kernels/runtime/opencl_context.h"
 #include "kernels/runtime/tuning.h"
 #include "tests/kernels/covariance/expressions.h"

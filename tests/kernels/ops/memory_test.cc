@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "kernels/ops/dense_posterior.h"
-#include "kernels/ops/shared_posterior.h"
 #include "kernels/reference/dense_posterior.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/opencl_context.h"

@@ -15,7 +15,6 @@
 #include "kernels/base/parallel_for.h"
 #include "kernels/cl/sources.h"
 #include "kernels/ops/covariance_matrix.h"
-#include "kernels/runtime/cache_folder.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/opencl_context.h"

@@ -1,5 +1,3 @@
-#include "kernels/runtime/pocl_cache.h"
-
 #include <sys/resource.h>
 
 #include <csignal>
@@ -9,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "kernels/files/atomic_file.h"
 #include "kernels/runtime/device.h"
+#include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/opencl_context.h"
 #include "tests/testing/status.h"
 

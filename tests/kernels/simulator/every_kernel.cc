@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/ops/device_linear_algebra.h"

@@ -90,7 +90,7 @@ class HardRoad : public testing::TestWithParam<int> {
       Labelled frame;
       frame.labels = *labeller->Process(picture.frame);
       frame.state = *FromBytes(labeller->state());
-      watch.Check(frame.labels, frame.state, options);
+      watch.Check(frame.labels, frame.state);
       frame.counts = Count(frame.labels, picture.movers);
       frame.labels.labelled.image.release();
       frames.push_back(std::move(frame));

@@ -28,8 +28,7 @@ void TrackWatch::CheckTracks(const std::vector<Track>& tracks, int64_t next_id, 
   ids.next = next_id;
 }
 
-void TrackWatch::Check(const LabelledFrame& labels, const LabellerState& state,
-                       const FrameLabellerOptions& options) {
+void TrackWatch::Check(const LabelledFrame& labels, const LabellerState& state) {
   SCOPED_TRACE(testing::Message() << "frame " << labels.frame_index);
   const bool goes_on = labels.outcome == LabelOutcome::kLabelled ||
                        labels.outcome == LabelOutcome::kUntrustedMotion ||

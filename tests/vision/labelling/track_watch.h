@@ -21,8 +21,7 @@ class TrackWatch {
   //   lengths  no track is older than the pictures since the last frame without labels
   //   places   those of the history are inside the picture
   //   memory   tracks and sums no more than nodes and features, poses and images no more than gaps
-  void Check(const LabelledFrame& labels, const LabellerState& state,
-             const FrameLabellerOptions& options);
+  void Check(const LabelledFrame& labels, const LabellerState& state);
 
  private:
   struct Ids {

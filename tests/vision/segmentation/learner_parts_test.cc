@@ -149,7 +149,7 @@ class FrameCalibration : public testing::Test {
 };
 
 TEST_F(FrameCalibration, ProbabilitiesFollowTheFramesOwnPlacesAndShare) {
-  const auto squash = Value(FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 400, 1, {}));
+  const auto squash = Value(FitSquashToFrame(*posterior_, Inputs(), labels_, left_, 400, 1));
   std::vector<float> mean(kPlaces), variance(kPlaces);
   const kernels::PosteriorOutputs outputs{.mean = mean.data(), .variance = variance.data()};
   ASSERT_TRUE(posterior_->Evaluate(Inputs(), outputs).ok());

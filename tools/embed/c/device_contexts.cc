@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "kernels/base/status_macros.h"
-#include "kernels/runtime/fork_guard.h"
+#include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/opencl_context.h"
 
 namespace egosieve::embed {

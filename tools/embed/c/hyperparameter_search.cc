@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "gp/covariance/prior_variance.h"
-#include "gp/linalg/jitter_sequence.h"
+#include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/model/inducing_points.h"
 #include "gp/training/bounded_ascent.h"

@@ -31,7 +31,7 @@
 // noise, float64 variances are lost in the rounding of sigma_f^2.
 //
 // If K is not positive definite, J is that of K + jitter I with the jitter with which the model
-// would be conditioned (gp/linalg/jitter_sequence.h, in units of the largest k(x_i, x_i)).
+// would be conditioned (gp/linalg/not_positive_definite.h, in units of the largest k(x_i, x_i)).
 //
 // A sparse model's inducing inputs are chosen at the start and again where the ascent ended, until
 // J, with the inputs chosen at its theta, rises by less than 0.1.

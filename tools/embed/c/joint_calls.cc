@@ -6,7 +6,6 @@
 #include "gp/training/marginal_likelihood.h"
 #include "gp/training/sparse_likelihood.h"
 #include "kernels/ops/covariance_matrix.h"
-#include "kernels/ops/input_gradient.h"
 #include "tools/embed/c/array_access.h"
 #include "tools/embed/c/learning_model.h"
 #include "tools/embed/include/egosieve/joint_posterior.h"

@@ -212,8 +212,7 @@ void LearningModel::Calibrate() {
     for (const double target : model.targets()) labels.push_back(0.5 * (target + 1.0));
     const auto held_out = Take<gp::LeaveOneOut>(model.PredictLeaveOneOut());
     const double noise = model.hyperparameters().noise_variance();
-    squash_ =
-        Take(gp::FitSquash(held_out.mean, held_out.LatentVariance(noise), labels, {})).parameters;
+    squash_ = Take(gp::FitSquash(held_out.mean, held_out.LatentVariance(noise), labels, {}));
     calibrated_ = true;
     posterior_ = nullptr;
   };

@@ -97,7 +97,7 @@ TEST(PredictionFailure, OfOneOfSeveralDevicesWritesNothing) {
   egosieve_posterior* posterior = nullptr;
   ASSERT_EQ(egosieve_gp_posterior_on_devices(gp, devices, 2, &posterior), EGOSIEVE_OK)
       << egosieve_last_error();
-  // kernels/ops/shared_posterior.h: sixteen pieces for each of the three.
+  // kernels/ops/shared_posterior.cc: sixteen pieces for each of the three.
   EXPECT_GE(ExpectNothingWritten(13,
                                  [&](const auto* places, auto* prediction) {
                                    return egosieve_posterior_predict(posterior, places, prediction);

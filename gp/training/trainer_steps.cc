@@ -1,7 +1,8 @@
-#include "gp/training/simulated_annealing.h"
+#include "gp/training/trainer_steps.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "kernels/base/status_macros.h"
@@ -24,17 +25,16 @@ double Normal(std::mt19937_64& generator) {
 
 }  // namespace
 
-absl::StatusOr<AnnealingResult> Anneal(
+absl::StatusOr<std::vector<double>> Anneal(
     absl::FunctionRef<absl::StatusOr<double>(const std::vector<double>&)> objective,
     const std::vector<double>& start, const HyperparameterBounds& bounds, int64_t evaluations,
     uint64_t seed) {
-  EGOSIEVE_RETURN_IF_ERROR(bounds.Validate(static_cast<int64_t>(start.size())));
   std::mt19937_64 generator(seed);
-  AnnealingResult best;
-  best.theta = start;
-  bounds.Clamp(best.theta);
-  std::vector<double> now = best.theta;
-  double now_objective = best.objective;
+  std::vector<double> best = start;
+  bounds.Clamp(best);
+  std::vector<double> now = best;
+  double best_objective = -std::numeric_limits<double>::infinity();
+  double now_objective = best_objective;
   for (int64_t k = 0; k < evaluations; ++k) {
     const double progress = static_cast<double>(k) / std::max<int64_t>(1, evaluations - 1);
     const double ratio = std::pow(kLastTemperature / kFirstTemperature, progress);
@@ -55,12 +55,35 @@ absl::StatusOr<AnnealingResult> Anneal(
       now = candidate;
       now_objective = value;
     }
-    if (value > best.objective) {
-      best.theta = candidate;
-      best.objective = value;
+    if (value > best_objective) {
+      best = candidate;
+      best_objective = value;
     }
   }
   return best;
+}
+
+void RpropStep(absl::Span<const double> gradient, const HyperparameterBounds& bounds,
+               RpropState& state, std::vector<double>& theta) {
+  constexpr double kInitialStep = 0.1, kMinimumStep = 1e-4, kMaximumStep = 0.5;
+  if (state.steps.size() != theta.size()) {
+    state.steps.assign(theta.size(), kInitialStep);
+    state.previous_gradient.assign(theta.size(), 0.0);
+  }
+  for (size_t i = 0; i < theta.size(); ++i) {
+    double slope = gradient[i];
+    const double agreement = slope * state.previous_gradient[i];
+    if (agreement > 0.0) {
+      state.steps[i] = std::min(1.2 * state.steps[i], kMaximumStep);
+    } else if (agreement < 0.0) {
+      state.steps[i] = std::max(0.5 * state.steps[i], kMinimumStep);
+      slope = 0.0;
+    }
+    if (slope > 0.0) theta[i] += state.steps[i];
+    if (slope < 0.0) theta[i] -= state.steps[i];
+    state.previous_gradient[i] = slope;
+  }
+  bounds.Clamp(theta);
 }
 
 }  // namespace egosieve::gp
