@@ -52,7 +52,7 @@ struct FrameLabellerOptions {
   // own_vehicle/windscreen.h: matches in it are not used.
   cv::Mat1b windscreen;
   // M of fixed_pattern.h, if known. On a vehicle, places that agree with it are not used for the
-  // camera's motion, and are not labelled as moving because the ground below them moves.
+  // camera's motion, and are not labelled as moving.
   cv::Mat1b fixed_pattern;
 
   // The longer side to which pictures are reduced before all measurements (reduced_labels.h); 0:

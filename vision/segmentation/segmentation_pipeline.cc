@@ -80,8 +80,9 @@ class Stages {
       EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.labeller().Extract(item.result.frame));
     }
     StageTimer timer(item.prepare_milliseconds);
-    if (before_ != nullptr)
+    if (before_ != nullptr) {
       EGOSIEVE_RETURN_IF_ERROR(segmenter_.labeller().Prepare(*before_, *item.extracted));
+    }
     before_ = item.extracted;
     return absl::OkStatus();
   }

@@ -163,13 +163,18 @@ TEST(FitSquash, FindsTheMaximum) {
 }
 
 TEST(FitSquash, SoftLabelsWeightBothClasses) {
-  // Two points of label 1/2 count as one of each class.
-  const std::vector<double> means = {-0.9, -0.9, 0.1, 0.1, 0.8, 0.8};
-  const std::vector<double> variances = {0.1, 0.1, 0.2, 0.2, 0.3, 0.3};
-  const auto soft = Value(FitSquash(means, variances, {0.0, 0.0, 0.5, 0.5, 1.0, 1.0}, {}));
-  const auto hard = Value(FitSquash(means, variances, {0.0, 0.0, 0.0, 1.0, 1.0, 1.0}, {}));
-  EXPECT_NEAR(soft.a, hard.a, 1e-6);
-  EXPECT_NEAR(soft.b, hard.b, 1e-6);
+  // Four points of label 3/4 count as three of one class and one of the other.
+  const std::vector<double> means = {-0.9, -0.8, 0.1, 0.1, 0.1, 0.1, 0.8},
+                            variances = {0.1, 0.1, 0.2, 0.2, 0.2, 0.2, 0.3};
+  const auto soft = Value(FitSquash(means, variances, {0.0, 0.0, 0.75, 0.75, 0.75, 0.75, 1.0}, {}));
+  const auto hard = Value(FitSquash(means, variances, {0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0}, {}));
+  // Steps that change an objective of size 4 by less than its rounding, 4 eps, may be refused: with a
+  // curvature of at least 0.1, those below sqrt(2 * 4 eps / 0.1).
+  constexpr double kTolerance = 1.4e-7;
+  EXPECT_NEAR(std::log(soft.a), std::log(hard.a), kTolerance);
+  EXPECT_NEAR(soft.b, hard.b, kTolerance);
+  EXPECT_GT(soft.a, 0.31);  // not at a bound
+  EXPECT_LT(soft.a, 9.9);
 }
 
 TEST(FitSquash, SeparableDataAndOneClassStayInBounds) {

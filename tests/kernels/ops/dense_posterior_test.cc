@@ -3,7 +3,9 @@
 #include <cmath>
 #include <limits>
 #include <thread>
+#include <utility>
 
+#include "kernels/base/prepared_points.h"
 #include "kernels/reference/dense_posterior.h"
 #include "kernels/runtime/tuning.h"
 #include "tests/kernels/ops/posterior_test.h"
@@ -104,12 +106,19 @@ TEST_P(DensePosteriorTest, WidePointsWorkInLittleLocalMemory) {
 // With one training point and alpha = 1 the mean is the covariance itself.
 TEST_P(DensePosteriorTest, BothFormsOfTheArcsineKeepTheErrorBelowOneMillionth) {
   const double alpha = 1.0;
-  for (const double weight : {0.05, 0.3, 4.0, 300.0}) {  // plain for two, then accurate
+  for (const auto& [weight, is_plain] :
+       {std::pair{0.05, true}, {0.3, true}, {4.0, false}, {300.0, false}}) {
     for (int repeat = 0; repeat < 20; ++repeat) {
       const std::vector<double> input = RandomPoints(random_, 1, 6);
       const PosteriorModel model{.covariance = ArcsineParameters(std::vector<double>(7, weight)),
                                  .inputs = ConstMatrixView<double>(input.data(), 1, 6),
                                  .alpha = &alpha};
+      const PointPreparation preparation(model.covariance);
+      std::vector<float> prepared(preparation.width());
+      preparation.Prepare(input.data(), prepared.data(), 1);
+      EXPECT_THAT(model.covariance.function.description().DeviceCode(
+                      {.dimension = 6, .points = {prepared.data(), 1, preparation.width()}}),
+                  testing::HasSubstr(is_plain ? "#if !1" : "#if !0"));
       auto posterior = Value(DensePosterior::Create(context(), model));
       std::vector<float> queries = RandomQueries(random_, 64, 6);
       // The same point, moved little by little, and its mirror image.
