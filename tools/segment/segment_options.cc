@@ -222,7 +222,7 @@ std::vector<SegmentOption> MakeOptions() {
       Number(
           Kind::kResearch, "window", "PIXELS",
           "Side of the square window over which a descriptor's intensities are averaged; odd",
-          Between(1, 255), [](auto& s) -> auto& { return s.segmenter.descriptor.window_pixels; }),
+          Between(1, 255), [](auto& s) -> auto& { return s.segmenter.window_pixels; }),
       // Its points.
       {Kind::kResearch, "density", "DISTANCE",
        "Distance between descriptors below which points of one class are thinned; in the model 0.7 "

@@ -31,7 +31,6 @@
 #include "tools/segment/drive_writer.h"
 #include "tools/segment/resume.h"
 #include "tools/segment/segment_call.h"
-#include "vision/descriptor/frame_descriptor.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/stepped_frames.h"
 #include "vision/segmentation/online_segmenter.h"
@@ -141,7 +140,7 @@ absl::StatusOr<RunBeginning> ContinueRun(const SegmentCall& call, RunDescription
 // Writes what a frame's map is learnt from and evaluated on, for classifiers outside the program
 // (tools/evaluate/compare.py).
 
-constexpr int64_t kInputs = vision::kDescriptorDimension;
+constexpr int64_t kInputs = vision::kBoxMeanColumns;
 
 template <typename Number>
 gp::NamedArray Table(const std::vector<Number>& elements, int64_t columns) {
@@ -155,7 +154,7 @@ gp::NamedArray Table(const std::vector<Number>& elements, int64_t columns) {
 //   frames     4      indices of this frame, of the labelled one and of the pair's two; -1: none
 //   grid       3      width and height of the picture and stride of the grid, pixels
 //   labels     N      probability of moving, in [0, 1]
-//   inputs     N x 6  descriptors of the labelled places (vision/descriptor)
+//   inputs     N x 6  descriptors of the labelled places (vision/image/box_means.h)
 //   field      G x 6  descriptors of the grid in this frame
 //   positions  N x 2  places in the labelled frame, pixels
 //   others     N x 2  the same places in the pair's other frame
@@ -165,19 +164,18 @@ absl::Status DumpFeatures(const vision::SegmentedFrame& frame,
                           const std::string& directory) {
   if (frame.damage.has_value()) return absl::OkStatus();
   const vision::LabelledFrame& labels = frame.labels;
-  const auto equalized = [&](vision::Frame picture) {
-    picture.image = vision::EqualizeLuminance(picture.image, options.labeller.equalization);
-    return picture;
+  const auto equalized = [&](const vision::Frame& picture) {
+    return vision::EqualizeLuminance(picture.image, options.labeller.equalization);
   };
   const cv::Size size = frame.frame.image.size();
   const vision::ImageGrid grid{size.width, size.height, options.stride_pixels};
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<float> field,
-                            vision::DescribeGrid(equalized(frame.frame), grid, options.descriptor));
+  const std::vector<float> field =
+      vision::BoxMeansOnGrid(vision::ViewOf(equalized(frame.frame)), grid, options.window_pixels);
   std::vector<float> inputs;
   if (labels.size() > 0) {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        inputs, vision::DescribePositions(equalized(labels.labelled), labels.positions_view(),
-                                          options.descriptor));
+    EGOSIEVE_ASSIGN_OR_RETURN(inputs,
+                              vision::BoxMeansAt(vision::ViewOf(equalized(labels.labelled)),
+                                                 labels.positions_view(), options.window_pixels));
   }
   const gp::ArrayMap arrays = {
       {"frames", gp::VectorArray<int64_t>({frame.index, labels.labelled.index, labels.first_index,

@@ -5,41 +5,18 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
-#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::vision {
 namespace {
 
-// Limit that keeps sums of 8-bit values over a window below 2^31.
-constexpr int kMaxWindowPixels = 2001;
 // Bands of grid rows, each with sums of its own.
 constexpr int kMostBands = 64;
 
-absl::Status CheckImage(const ImageView& image) {
-  if (image.width < 1 || image.height < 1 || image.data == nullptr) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("image of %d x %d pixels%s; both sides must be at least 1", image.width,
-                        image.height, image.data == nullptr ? " without data" : ""));
-  }
-  if (image.channels != 1 && image.channels != 3) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("image.channels = %d; it must be 1 or 3", image.channels));
-  }
-  if (image.stride_bytes < static_cast<ptrdiff_t>(image.width) * image.channels) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("image.stride_bytes = %d; a row of %d pixels has %d bytes",
-                        image.stride_bytes, image.width, image.width * image.channels));
-  }
-  return absl::OkStatus();
-}
-
 absl::Status CheckPlaces(const ImageView& image, kernels::ConstMatrixView<double> points) {
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CheckShape("points", points, points.rows, 2));
   for (int64_t i = 0; i < points.rows; ++i) {
-    const double x = points(i, 0);
-    const double y = points(i, 1);
+    const double x = points(i, 0), y = points(i, 1);
     if (!(x >= -0.5 && x <= image.width - 0.5 && y >= -0.5 && y <= image.height - 0.5)) {
       return absl::InvalidArgumentError(
           absl::StrFormat("points row %d = (%g, %g) is outside the image of %d x %d", i, x, y,
@@ -85,27 +62,16 @@ void AddRow(const uint8_t* row, int64_t size, int sign, uint32_t* sums) {
 
 }  // namespace
 
-absl::Status BoxMeanOptions::Validate() const {
-  if (window_pixels < 1 || window_pixels % 2 == 0 || window_pixels > kMaxWindowPixels) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "window_pixels = %d; it must be odd, from 1 to %d", window_pixels, kMaxWindowPixels));
-  }
-  return absl::OkStatus();
+ImageView ViewOf(const cv::Mat& picture) {
+  return {picture.data, picture.cols, picture.rows, picture.channels(),
+          static_cast<ptrdiff_t>(picture.step[0])};
 }
 
-absl::Status BoxMeansOnGrid(const ImageView& image, const ImageGrid& grid,
-                            const BoxMeanOptions& options, kernels::MatrixView<float> out) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(CheckImage(image));
-  EGOSIEVE_RETURN_IF_ERROR(grid.Validate());
-  if (grid.width != image.width || grid.height != image.height) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("grid is for %d x %d pixels, the image has %d x %d", grid.width,
-                        grid.height, image.width, image.height));
-  }
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CheckShape("out", out, grid.size(), kBoxMeanColumns));
+std::vector<float> BoxMeansOnGrid(const ImageView& image, const ImageGrid& grid,
+                                  int window_pixels) {
+  std::vector<float> out(grid.size() * kBoxMeanColumns);
   const PixelNormalization map = NormalizationForImage(image.width, image.height);
-  const int radius = options.window_pixels / 2, channels = image.channels;
+  const int radius = window_pixels / 2, channels = image.channels;
   const int rows = grid.rows(), columns = grid.columns();
   const int64_t size = int64_t{image.width} * channels;
   const int rows_per_band = (rows + kMostBands - 1) / kMostBands;
@@ -139,21 +105,21 @@ absl::Status BoxMeansOnGrid(const ImageView& image, const ImageGrid& grid,
                                            running[int64_t{across.begin} * channels + c]);
         }
         WriteMeans(x * map.scale + map.u_offset, y * map.scale + map.v_offset, totals, channels,
-                   int64_t{across.size()} * down.size(), out.row(int64_t{row} * columns + column));
+                   int64_t{across.size()} * down.size(),
+                   &out[(int64_t{row} * columns + column) * kBoxMeanColumns]);
       }
     }
   });
-  return absl::OkStatus();
+  return out;
 }
 
-absl::Status BoxMeansAt(const ImageView& image, kernels::ConstMatrixView<double> points,
-                        const BoxMeanOptions& options, kernels::MatrixView<float> out) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(CheckImage(image));
+absl::StatusOr<std::vector<float>> BoxMeansAt(const ImageView& image,
+                                              kernels::ConstMatrixView<double> points,
+                                              int window_pixels) {
   EGOSIEVE_RETURN_IF_ERROR(CheckPlaces(image, points));
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CheckShape("out", out, points.rows, kBoxMeanColumns));
+  std::vector<float> out(points.rows * kBoxMeanColumns);
   const PixelNormalization map = NormalizationForImage(image.width, image.height);
-  const int radius = options.window_pixels / 2, channels = image.channels;
+  const int radius = window_pixels / 2, channels = image.channels;
   for (int64_t i = 0; i < points.rows; ++i) {
     const double x = points(i, 0), y = points(i, 1);
     const Span across = WindowAround(NearestPixel(x, image.width), radius, image.width);
@@ -166,9 +132,9 @@ absl::Status BoxMeansAt(const ImageView& image, kernels::ConstMatrixView<double>
       }
     }
     WriteMeans(x * map.scale + map.u_offset, y * map.scale + map.v_offset, sums, channels,
-               int64_t{across.size()} * down.size(), out.row(i));
+               int64_t{across.size()} * down.size(), &out[i * kBoxMeanColumns]);
   }
-  return absl::OkStatus();
+  return out;
 }
 
 }  // namespace egosieve::vision

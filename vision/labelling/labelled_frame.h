@@ -44,13 +44,26 @@ struct StageMilliseconds {
   }
 };
 
-// N labelled places. If outcome is not kLabelled, N = 0 and `reason` gives the reason in a
-// sentence; counts and times are set as far as they are known.
-struct LabelledFrame {
-  LabelOutcome outcome = LabelOutcome::kNoPair;
-  std::string reason;
+// What the log, too, tells of a frame's labels; counts and times as far as they are known.
+struct LabelSummary {
+  int64_t frame_index = 0;    // the input frame
+  std::string reason;         // why it has no labels, or was not learnt, in a sentence; else empty
+  int64_t feature_count = 0;  // of the input frame: key points, corners, textured grid points
+  int64_t match_count = 0;    // before any are discarded
+  int64_t inlier_count = 0;   // of the motion model, among the matches it was estimated from
+  MotionModelKind motion_model = MotionModelKind::kNone;
+  double noise_pixels = 0.0;  // scale of static points' residuals, one standard deviation
+  // Why the labels are not reliable: the camera's motion is unknown, or most of the image does not
+  // agree with it. Empty: they are reliable.
+  std::string doubt;
+  CameraStep step;  // from the frame before; known where the motion is calibrated
+  StageMilliseconds milliseconds;
+};
 
-  int64_t frame_index = 0;                      // the input frame: the later one of the pair
+// N labelled places; if outcome is not kLabelled, N = 0. The input frame is the later one of the
+// pair.
+struct LabelledFrame : LabelSummary {
+  LabelOutcome outcome = LabelOutcome::kNoPair;
   int64_t first_index = -1, second_index = -1;  // the pair, -1 without one
   Frame labelled;                               // the frame whose pixels `positions` are in
 
@@ -61,20 +74,10 @@ struct LabelledFrame {
   // N, the term that contributes most in the direction of the probability.
   std::vector<EvidenceTerm> decided_by;
 
-  MotionModelKind motion_model = MotionModelKind::kNone;
   double parallax_pixels = 0.0;  // as in gap_choice.h; 0 where not measured
   bool motion_trusted = false;
-  int64_t feature_count = 0;    // of the input frame: key points, corners, textured grid points
-  int64_t match_count = 0;      // before any are discarded
-  int64_t inlier_count = 0;     // of the motion model, among the matches it was estimated from
   int64_t discarded_count = 0;  // matches without a label
-  double noise_pixels = 0.0;    // scale of static points' residuals, one standard deviation
-  // Why the labels are not reliable: the camera's motion is unknown, or most of the image does not
-  // agree with it. Empty: they are reliable.
-  std::string doubt;
-  double static_share = 1.0;       // of the places that a calibrated motion was estimated from
-  CameraStep step;                 // from the frame before; known where the motion is calibrated
-  StageMilliseconds milliseconds;  // of the labelling
+  double static_share = 1.0;    // of the places that a calibrated motion was estimated from
 
   int64_t size() const { return static_cast<int64_t>(probability.size()); }
   kernels::ConstMatrixView<double> positions_view() const {

@@ -23,10 +23,8 @@ absl::StatusOr<gp::SquashParameters> FitSquashToFrame(const gp::Posterior& poste
   std::vector<double> targets;
   targets.reserve(left.size());
   for (const int64_t row : left) targets.push_back(2.0 * labels[row] - 1.0);
-  std::vector<int64_t> rows;
-  for (const int64_t index : gp::StratifiedSample(targets, sample_size, 0.5, seed)) {
-    rows.push_back(left[index]);
-  }
+  const std::vector<int64_t> rows =
+      Gather<int64_t>(left, gp::StratifiedSample(targets, sample_size, 0.5, seed));
   const std::vector<float> queries = GatherRows(inputs, rows);
   std::vector<float> mean(rows.size()), variance(rows.size());
   kernels::PosteriorOutputs outputs;

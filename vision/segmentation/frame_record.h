@@ -4,14 +4,10 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <opencv2/core.hpp>
-#include <string>
 #include <vector>
 
 #include "vision/evidence/fusion.h"
-#include "vision/geometry/motion_model.h"
 #include "vision/labelling/labelled_frame.h"
-#include "vision/trajectory/camera_step.h"
 
 namespace egosieve::vision {
 
@@ -27,21 +23,12 @@ struct SelectionCounts {
   int64_t dropped_by_budget = 0;
 };
 
-struct FrameRecord {
-  int64_t frame_index = 0;
+struct FrameRecord : LabelSummary {
   double time_seconds = 0.0;
-
-  int64_t feature_count = 0;
-  int64_t match_count = 0;
-  int64_t inlier_count = 0;  // of the motion model
-  MotionModelKind motion_model = MotionModelKind::kNone;
-  double noise_pixels = 0.0;        // scale of the static features' residuals
   int64_t static_label_count = 0;   // p < 1/2
   int64_t dynamic_label_count = 0;  // p >= 1/2
   int frame_gap = 0;                // between the two frames of the pair; 0: no pair
   std::array<int64_t, kEvidenceTerms> decided_count{};  // of the dynamic labels, by EvidenceTerm
-  std::string doubt;                                    // labelled_frame.h; so too the next one
-  CameraStep step;
 
   SelectionCounts selection;
   int64_t model_size = 0;
@@ -55,10 +42,7 @@ struct FrameRecord {
   double dynamic_share = 0.0;  // of the grid, probability >= 1/2
   double expected_overlap = std::numeric_limits<double>::quiet_NaN();  // (EO1), (EO2); NaN: no map
   int64_t clamped_variances = 0;
-  StageMilliseconds milliseconds;
-
   bool learnt = false;
-  std::string reason;  // why the frame was not learnt; empty if it was
 };
 
 }  // namespace egosieve::vision

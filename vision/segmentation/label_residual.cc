@@ -8,6 +8,8 @@
 #include <nanoflann.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "vision/segmentation/rows.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -16,21 +18,8 @@ constexpr double kLeast = 0.01;         // in (LR1)
 constexpr double kStepsPerUnit = 12.0;  // the largest residual, 2 logit(0.99), is 110 steps
 constexpr float kLeastProbability = 1e-6f;
 
-struct Places {
-  kernels::ConstMatrixView<double> positions;
-
-  size_t kdtree_get_point_count() const { return static_cast<size_t>(positions.rows); }
-  double kdtree_get_pt(size_t index, size_t axis) const {
-    return positions.row(static_cast<int64_t>(index))[axis];
-  }
-  template <typename Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Places>,
-                                                 Places, 2, size_t>;
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointCloud>,
+                                                 PointCloud, 2, size_t>;
 
 // The nearest feature; of equally near ones the first in the list, for any order of the tree.
 class FirstNearest {
@@ -72,7 +61,7 @@ std::vector<float> SpreadToGrid(kernels::ConstMatrixView<double> positions,
                                 const std::vector<double>& values, const ImageGrid& grid) {
   std::vector<float> spread(grid.size(), 0.0f);
   if (positions.rows == 0) return spread;
-  const Places places{positions};
+  const PointCloud places{positions};
   const Tree tree(2, places, nanoflann::KDTreeSingleIndexAdaptorParams());
   size_t next = 0;
   for (int row = 0; row < grid.rows(); ++row) {

@@ -3,16 +3,21 @@
 //   kExact    gp/model/exact_model.h     n^2 per query: the paper's
 //   kSparse   gp/model/sparse_model.h    m^2 per query: every pixel is affordable
 //
-// The sparse model is solved at the first query after a change.
+// The sparse model is solved at the first query after a change, and the solution is kept until the
+// next change: an online learner changes about half of its points per frame, and then the
+// hyperparameters. One solution, n m^2, costs less than adding and removing terms and solving after
+// each change. Answers depend on points and hyperparameters alone, not on their history.
 //
 // Every change, Rebuild included, is a deterministic function of the model and its arguments: two
 // models that agree to the last bit still agree after the same changes.
+//
+// Not thread-safe, queries included; a posterior is thread-safe.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <variant>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -29,51 +34,11 @@
 
 namespace egosieve::vision {
 
-// Points and hyperparameters of a sparse model (gp/model/sparse_model.h). The model is solved at
-// the first query after a change, and the solution is kept until the next change.
-//
-// An online learner changes about half of its points per frame, and then the hyperparameters. One
-// solution, n m^2, costs less than adding and removing terms and solving after each change. Answers
-// depend on points and hyperparameters alone, not on their history.
-//
-// Not thread-safe, queries included; a posterior is thread-safe.
-class DeferredSparseModel {
- public:
-  // InvalidArgument for a state or options that SparseModel::Restore refuses.
-  static absl::StatusOr<DeferredSparseModel> Restore(std::shared_ptr<kernels::Context> context,
-                                                     gp::ExactModelState state,
-                                                     const gp::SparseModelOptions& options);
-
-  // Checked like SparseModel's. After an error nothing has changed.
-  absl::Status AddObservations(const gp::Observations& added, int64_t frame);
-  absl::Status Remove(absl::Span<const int64_t> rows);
-  absl::Status SetTargets(kernels::ConstMatrixView<double> targets);
-  absl::Status SetHyperparameters(const gp::Hyperparameters& hyperparameters);
-
-  const gp::ExactModelState& State() const { return state_; }
-  int64_t size() const { return state_.points.size(); }
-  int64_t input_dimension() const { return hyperparameters().covariance.input_dimension(); }
-  const gp::Hyperparameters& hyperparameters() const { return state_.hyperparameters; }
-
-  // Valid until the next change. The errors are those of SparseModel::Refresh.
-  absl::StatusOr<const gp::SparseModel*> Solved() const;
-
- private:
-  DeferredSparseModel() = default;
-
-  std::shared_ptr<kernels::Context> context_;
-  gp::SparseModelOptions options_;
-  gp::ExactModelState state_;
-  mutable std::optional<gp::SparseModel> solved_;
-};
-
 enum class ModelKind { kExact, kSparse };
 
 struct LearnerModelOptions {
   ModelKind kind = ModelKind::kExact;
   gp::SparseModelOptions sparse;  // for kSparse; DTC or FITC; refresh_share has no effect
-
-  absl::Status Validate() const;
 };
 
 class LearnerModel {
@@ -92,21 +57,23 @@ class LearnerModel {
 
   // Afterwards results depend on points and hyperparameters alone, not on the history.
   absl::Status Rebuild();
-  gp::ExactModelState State() const;
+  gp::ExactModelState State() const { return exact_ ? exact_->State() : state_; }
   // Gives the model that `state` was taken from, as it is after Rebuild.
   absl::Status Restore(const gp::ExactModelState& state);
 
-  ModelKind kind() const { return options_.kind; }
-  int64_t size() const;
+  int64_t size() const { return points().size(); }
   int64_t input_dimension() const { return hyperparameters().covariance.input_dimension(); }
-  const gp::Hyperparameters& hyperparameters() const;
+  const gp::Hyperparameters& hyperparameters() const {
+    return exact_ ? exact_->hyperparameters() : state_.hyperparameters;
+  }
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
-  double jitter() const;
+  double jitter() const { return exact_ ? exact_->jitter() : 0.0; }
 
   // Views are valid until the next change.
-  kernels::ConstMatrixView<double> inputs() const;
-  absl::Span<const double> targets() const;
-  absl::Span<const int64_t> birth_frames() const;
+  const gp::PointSet& points() const { return exact_ ? exact_->points() : state_.points; }
+  kernels::ConstMatrixView<double> inputs() const { return points().view(input_dimension()); }
+  absl::Span<const double> targets() const { return points().targets; }
+  absl::Span<const int64_t> birth_frames() const { return points().insertion_times; }
 
   absl::StatusOr<std::vector<float>> PredictMean(kernels::ConstMatrixView<float> points) const;
   absl::StatusOr<std::vector<double>> PredictOwnMean() const;
@@ -117,17 +84,17 @@ class LearnerModel {
       const gp::SquashParameters& squash) const;
 
  private:
-  using Model = std::variant<gp::ExactModel, DeferredSparseModel>;
-  LearnerModel(std::shared_ptr<kernels::Context> context, const LearnerModelOptions& options,
-               Model model);
+  LearnerModel(std::shared_ptr<kernels::Context> context, const LearnerModelOptions& options)
+      : context_(std::move(context)), options_(options) {}
 
-  static absl::StatusOr<Model> MakeModel(const std::shared_ptr<kernels::Context>& context,
-                                         const gp::ExactModelState& state,
-                                         const LearnerModelOptions& options);
+  // The sparse model; valid until the next change. The errors are those of SparseModel::Refresh.
+  absl::StatusOr<const gp::SparseModel*> Solved() const;
 
   std::shared_ptr<kernels::Context> context_;
   LearnerModelOptions options_;
-  Model model_;
+  std::optional<gp::ExactModel> exact_;  // where the model is exact; the next two are
+  gp::ExactModelState state_;            // those of a sparse one
+  mutable std::optional<gp::SparseModel> solved_;
 };
 
 }  // namespace egosieve::vision

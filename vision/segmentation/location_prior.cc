@@ -8,7 +8,6 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "absl/strings/str_format.h"
 #include "vision/geometry/motion_model.h"
 #include "vision/image/bilinear.h"
 #include "vision/image/cell_grid.h"
@@ -30,14 +29,6 @@ Around<float> AmongCells(int pixel, int size, int cells) {
 }
 
 }  // namespace
-
-absl::Status LocationPriorOptions::Validate() const {
-  if (!(weight >= 0.0 && weight <= 1.0) || !(memory >= 0.0 && memory <= 1.0)) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "location prior: weight = %g, memory = %g; both must lie in [0, 1]", weight, memory));
-  }
-  return absl::OkStatus();
-}
 
 LocationPrior::LocationPrior(const LocationPriorOptions& options)
     : options_(options), labels_(kCells.size(), 0.0f) {}

@@ -31,8 +31,6 @@ namespace egosieve::vision {
 struct LocationPriorOptions {
   double weight = 0.0;   // w; in [0, 1]; 0: off
   double memory = 0.99;  // factor of d and n per frame; in [0, 1]
-
-  absl::Status Validate() const;
 };
 
 class LocationPrior {

@@ -9,13 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_format.h"
 #include "gp/calibration/leave_one_out.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
-#include "vision/segmentation/agreement_filter.h"
+#include "vision/labelling/stopwatch.h"
 #include "vision/segmentation/frame_calibration.h"
 #include "vision/segmentation/rows.h"
-#include "vision/segmentation/stage_timer.h"
 
 namespace egosieve::vision {
 namespace {
@@ -65,28 +64,26 @@ int64_t OnlineLearnerOptions::ArrivalLimit(int64_t size) const {
 }
 
 absl::Status OnlineLearnerOptions::Validate() const {
-  EGOSIEVE_RETURN_IF_ERROR(model.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(budget.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(model.sparse.Validate());
   EGOSIEVE_RETURN_IF_ERROR(training.Validate());
-  for (const double radius : {new_point_radius, model_radius}) {
-    if (!(radius >= 0.0) || std::isinf(radius)) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("density radius = %g; it must be finite and not negative", radius));
-    }
-  }
-  if (!(arrival_share > 0.0 && arrival_share <= 1.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("arrival_share = %g; it must be in (0, 1]", arrival_share));
-  }
-  if (!(zero_label > 0.0 && zero_label <= kMostZeroLabel)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("zero_label = %g; it must be in (0, 0.5]", zero_label));
-  }
-  if (calibration_sample_size < 2) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "calibration_sample_size = %d; it must be at least 2", calibration_sample_size));
-  }
-  return absl::OkStatus();
+  const char* const not_negative = "not be negative";
+  return kernels::CheckOptions({
+      {"budget", budget.budget, budget.budget >= 0, not_negative},
+      {"rare_class_share", budget.rare_class_share,
+       budget.rare_class_share >= 0.0 && budget.rare_class_share <= 0.5, "be in [0, 0.5]"},
+      {"maximum_age", budget.maximum_age, budget.maximum_age >= 0, not_negative},
+      {"maximum_positive_age", budget.maximum_positive_age, budget.maximum_positive_age >= 0,
+       not_negative},
+      {"new_point_radius", new_point_radius, kernels::IsNotNegative(new_point_radius),
+       "be finite and not negative"},
+      {"model_radius", model_radius, kernels::IsNotNegative(model_radius),
+       "be finite and not negative"},
+      {"arrival_share", arrival_share, arrival_share > 0.0 && arrival_share <= 1.0, "be in (0, 1]"},
+      {"zero_label", zero_label, zero_label > 0.0 && zero_label <= kMostZeroLabel,
+       "be in (0, 0.5]"},
+      {"calibration_sample_size", calibration_sample_size, calibration_sample_size >= 2,
+       "be at least 2"},
+  });
 }
 
 absl::StatusOr<std::unique_ptr<OnlineLearner>> OnlineLearner::Create(
@@ -120,21 +117,16 @@ absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
                                   FrameRecord& record) {
   record.selection.candidates = inputs.rows;
   std::vector<int64_t> taken;
-  {
-    StageTimer timer(record.milliseconds.selection);
-    EGOSIEVE_RETURN_IF_ERROR(UpdatePoints(inputs, labels, frame_index, taken, record.selection));
-    if (options_.scales_to_mean_zero) EGOSIEVE_RETURN_IF_ERROR(ScaleToMeanZero());
-  }
-  {
-    StageTimer timer(record.milliseconds.training);
-    EGOSIEVE_RETURN_IF_ERROR(Train(record));
-  }
-  {
-    StageTimer timer(record.milliseconds.calibration);
-    EGOSIEVE_RETURN_IF_ERROR(options_.calibrates_to_frame
-                                 ? CalibrateToFrame(inputs, labels, taken, frame_index)
-                                 : Calibrate());
-  }
+  Stopwatch watch;
+  EGOSIEVE_RETURN_IF_ERROR(UpdatePoints(inputs, labels, frame_index, taken, record.selection));
+  if (options_.scales_to_mean_zero) EGOSIEVE_RETURN_IF_ERROR(ScaleToMeanZero());
+  record.milliseconds.selection += watch.LapMilliseconds();
+  EGOSIEVE_RETURN_IF_ERROR(Train(record));
+  record.milliseconds.training += watch.LapMilliseconds();
+  EGOSIEVE_RETURN_IF_ERROR(options_.calibrates_to_frame
+                               ? CalibrateToFrame(inputs, labels, taken, frame_index)
+                               : Calibrate());
+  record.milliseconds.calibration += watch.LapMilliseconds();
   return absl::OkStatus();
 }
 
@@ -152,14 +144,13 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
     EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
     arriving = Points();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> means, model_.PredictOwnMean());
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        alive, FilterByAgreement(LabelsOf(model_.targets()), PredictionsFromMeans(means), true));
+    alive = FilterByAgreement(LabelsOf(model_.targets()), PredictionsFromMeans(means), true);
     counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
   } else {
     alive.resize(model_.size());
     std::iota(alive.begin(), alive.end(), 0);
   }
-  EGOSIEVE_RETURN_IF_ERROR(Thin(frame_index, alive, arriving, counts));
+  Thin(frame_index, alive, arriving, counts);
   EGOSIEVE_RETURN_IF_ERROR(model_.Remove(Complement(model_.size(), alive)));
   return Add(arriving, frame_index);
 }
@@ -171,14 +162,9 @@ void OnlineLearner::LimitArrivals(absl::Span<const double> labels, int64_t frame
   std::vector<double> targets;
   targets.reserve(selected.size());
   for (const int64_t row : selected) targets.push_back(2.0 * labels[row] - 1.0);
-  std::vector<int64_t> sampled;
-  sampled.reserve(limit);
-  for (const int64_t index :
-       gp::StratifiedSample(targets, limit, options_.budget.rare_class_share,
-                            options_.seed + static_cast<uint64_t>(frame_index))) {
-    sampled.push_back(selected[index]);
-  }
-  selected = std::move(sampled);
+  selected = Gather<int64_t>(
+      selected, gp::StratifiedSample(targets, limit, options_.budget.rare_class_share,
+                                     options_.seed + static_cast<uint64_t>(frame_index)));
 }
 
 absl::Status OnlineLearner::Add(const Points& points, int64_t frame_index) {
@@ -211,8 +197,9 @@ std::vector<double> OnlineLearner::LabelsOf(absl::Span<const double> targets) co
 absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
     kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
     SelectionCounts& counts) const {
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> selected,
-                            FilterByDensity(inputs, labels, options_.new_point_radius));
+  const std::vector<double> wide = gp::Widen(inputs);
+  std::vector<int64_t> selected =
+      FilterByDensity({wide.data(), inputs.rows, inputs.cols}, labels, options_.new_point_radius);
   counts.dropped_by_density = inputs.rows - static_cast<int64_t>(selected.size());
   if (!options_.novelty_filter || model_.size() == 0) {
     return selected;
@@ -222,20 +209,14 @@ absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
       const std::vector<float> means,
       model_.PredictMean(kernels::ConstMatrixView<float>(
           candidates.data(), static_cast<int64_t>(selected.size()), inputs.cols)));
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const std::vector<int64_t> novel,
-      FilterByAgreement(Gather(labels, selected), PredictionsFromMeans(means), false));
+  const std::vector<int64_t> novel =
+      FilterByAgreement(Gather(labels, selected), PredictionsFromMeans(means), false);
   counts.dropped_by_novelty = static_cast<int64_t>(selected.size() - novel.size());
-  std::vector<int64_t> rows;
-  rows.reserve(novel.size());
-  for (const int64_t index : novel) {
-    rows.push_back(selected[index]);
-  }
-  return rows;
+  return Gather<int64_t>(selected, novel);
 }
 
-absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
-                                 SelectionCounts& counts) const {
+void OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
+                         SelectionCounts& counts) const {
   // The model's kept points, then the new ones: from the oldest to the newest.
   const int64_t dimension = model_.input_dimension();
   const int64_t alive_count = static_cast<int64_t>(alive.size());
@@ -247,10 +228,8 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
 
   std::vector<int64_t> newest_first(total);
   std::iota(newest_first.rbegin(), newest_first.rend(), 0);
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      std::vector<int64_t> kept,
-      FilterByDensity(kernels::ConstMatrixView<double>(inputs.data(), total, dimension), labels,
-                      options_.model_radius, newest_first));
+  const std::vector<int64_t> kept = FilterByDensity({inputs.data(), total, dimension}, labels,
+                                                    options_.model_radius, newest_first);
   counts.dropped_by_model_density = total - static_cast<int64_t>(kept.size());
 
   std::vector<int64_t> birth_frames;
@@ -258,10 +237,9 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
   for (const int64_t row : kept) {
     birth_frames.push_back(row < alive_count ? model_.birth_frames()[alive[row]] : frame_index);
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const BudgetDecision decision,
+  const BudgetDecision decision =
       EnforceBudget(Gather(labels, kept), birth_frames, frame_index, options_.budget,
-                    RandomRanks(kept.size(), options_.seed, frame_index)));
+                    RandomRanks(kept.size(), options_.seed, frame_index));
   counts.dropped_by_age = decision.dropped_for_age;
   counts.dropped_by_budget += decision.dropped_for_budget;
 
@@ -279,7 +257,6 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
                                                                arriving.size(), dimension),
                                arriving_kept),
                     Gather(arriving.labels, arriving_kept)};
-  return absl::OkStatus();
 }
 
 absl::Status OnlineLearner::Train(FrameRecord& record) {

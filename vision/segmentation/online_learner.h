@@ -42,10 +42,9 @@
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
-#include "vision/segmentation/budget.h"
-#include "vision/segmentation/density_filter.h"
 #include "vision/segmentation/frame_record.h"
 #include "vision/segmentation/learner_model.h"
+#include "vision/segmentation/selection.h"
 
 namespace egosieve::vision {
 
@@ -133,8 +132,8 @@ class OnlineLearner {
   std::vector<double> LabelsOf(absl::Span<const double> targets) const;
   // Steps 4 and 5 on the model's rows `alive` and the points about to be added. Both are reduced to
   // the points kept.
-  absl::Status Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
-                    SelectionCounts& counts) const;
+  void Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
+            SelectionCounts& counts) const;
   absl::Status Train(FrameRecord& record);
   absl::Status Calibrate();
   absl::Status CalibrateToFrame(kernels::ConstMatrixView<float> inputs,

@@ -9,25 +9,21 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gp/io/model_file.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/equalization.h"
 #include "vision/image/image_grid.h"
 #include "vision/labelling/labelled_frame.h"
+#include "vision/labelling/stopwatch.h"
 #include "vision/segmentation/frame_record.h"
 #include "vision/segmentation/labeller_factory.h"
-#include "vision/segmentation/stage_timer.h"
 
 namespace egosieve::vision {
 namespace {
 
 // Writes the fields of `record` that come from labelling, including its times.
 void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
-  record.feature_count = labels.feature_count;
-  record.match_count = labels.match_count;
-  record.inlier_count = labels.inlier_count;
-  record.motion_model = labels.motion_model;
-  record.noise_pixels = labels.noise_pixels;
-  record.reason = labels.reason;
+  static_cast<LabelSummary&>(record) = labels;
   record.dynamic_label_count = std::count_if(labels.probability.begin(), labels.probability.end(),
                                              [](double probability) { return probability >= 0.5; });
   for (int64_t i = 0; i < labels.size(); ++i) {
@@ -36,10 +32,7 @@ void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
   if (labels.first_index >= 0) {
     record.frame_gap = static_cast<int>(labels.second_index - labels.first_index);
   }
-  record.doubt = labels.doubt;
-  record.step = labels.step;
   record.static_label_count = labels.size() - record.dynamic_label_count;
-  record.milliseconds = labels.milliseconds;
 }
 
 // What these values were chosen on: docs/constants.md.
@@ -104,21 +97,19 @@ void OnlineSegmenterOptions::SetSeed(uint64_t seed) {
 absl::Status OnlineSegmenterOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(labeller.Validate());
   EGOSIEVE_RETURN_IF_ERROR(learner.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(location_prior.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(descriptor.Validate());
-  if (ahead_frames < 0 || ahead_frames > 100) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("ahead_frames = %d; it must be from 0 to 100", ahead_frames));
-  }
-  if (!(residual_weight >= 0.0 && residual_weight <= 1.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("residual_weight = %g; it must be in [0, 1]", residual_weight));
-  }
-  if (stride_pixels < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("stride_pixels = %d; it must be at least 1", stride_pixels));
-  }
-  return absl::OkStatus();
+  const auto is_share = [](double value) { return value >= 0.0 && value <= 1.0; };
+  return kernels::CheckOptions({
+      {"location_prior.weight", location_prior.weight, is_share(location_prior.weight),
+       "be in [0, 1]"},
+      {"location_prior.memory", location_prior.memory, is_share(location_prior.memory),
+       "be in [0, 1]"},
+      {"ahead_frames", ahead_frames, ahead_frames >= 0 && ahead_frames <= 100, "be from 0 to 100"},
+      {"residual_weight", residual_weight, is_share(residual_weight), "be in [0, 1]"},
+      {"stride_pixels", stride_pixels, stride_pixels >= 1, "be at least 1"},
+      {"window_pixels", window_pixels,
+       window_pixels >= 1 && window_pixels % 2 == 1 && window_pixels <= kMostWindowPixels,
+       "be odd, from 1 to 2001"},
+  });
 }
 
 absl::StatusOr<std::unique_ptr<OnlineSegmenter>> OnlineSegmenter::Create(
@@ -128,7 +119,7 @@ absl::StatusOr<std::unique_ptr<OnlineSegmenter>> OnlineSegmenter::Create(
                             MakeFrameLabeller(options.labeller));
   EGOSIEVE_ASSIGN_OR_RETURN(
       std::unique_ptr<OnlineLearner> learner,
-      OnlineLearner::Create(std::move(context), kDescriptorDimension, options.learner));
+      OnlineLearner::Create(std::move(context), kBoxMeanColumns, options.learner));
   return std::unique_ptr<OnlineSegmenter>(
       new OnlineSegmenter(options, std::move(labeller), std::move(learner)));
 }
@@ -141,10 +132,8 @@ OnlineSegmenter::OnlineSegmenter(const OnlineSegmenterOptions& options,
       learner_(std::move(learner)),
       location_prior_(options.location_prior) {}
 
-Frame OnlineSegmenter::Equalized(const Frame& frame) const {
-  Frame equalized = frame;
-  equalized.image = EqualizeLuminance(frame.image, options_.labeller.equalization);
-  return equalized;
+cv::Mat OnlineSegmenter::Equalized(const Frame& frame) const {
+  return EqualizeLuminance(frame.image, options_.labeller.equalization);
 }
 
 absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
@@ -159,24 +148,20 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
                                                                      bool with_posterior) {
   Learnt learnt;
   FrameRecord& record = learnt.record;
-  record.frame_index = frame.index;
-  record.time_seconds = frame.time_seconds;
   learnt.labels = std::move(labelled);
   const LabelledFrame& labels = learnt.labels;
   RecordLabels(labels, record);
+  record.time_seconds = frame.time_seconds;
   if (labels.size() > 0) {
-    std::vector<float> inputs;
-    {
-      StageTimer timer(record.milliseconds.selection);
-      EGOSIEVE_ASSIGN_OR_RETURN(
-          inputs, DescribePositions(Equalized(labels.labelled), labels.positions_view(),
-                                    options_.descriptor));
-    }
-    posterior_.reset();
+    Stopwatch watch;
+    const cv::Mat picture = Equalized(labels.labelled);
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const std::vector<float> inputs,
+        BoxMeansAt(ViewOf(picture), labels.positions_view(), options_.window_pixels));
+    record.milliseconds.selection += watch.LapMilliseconds();
     process_.reset();
     residual_ = LabelResidual();
-    const kernels::ConstMatrixView<float> places(inputs.data(), labels.size(),
-                                                 kDescriptorDimension);
+    const kernels::ConstMatrixView<float> places(inputs.data(), labels.size(), kBoxMeanColumns);
     const absl::Status status = learner_->Learn(places, labels.probability, frame.index, record);
     // What the data cause, such as a matrix that is not positive definite, costs the frame alone;
     // what the computer or its driver causes ends the run.
@@ -185,8 +170,9 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
     }
     location_prior_.Learn(labels);
     if (status.ok() && options_.residual_weight > 0.0 && labels.labelled.index == frame.index) {
-      StageTimer timer(record.milliseconds.posterior);
+      watch.LapMilliseconds();
       EGOSIEVE_RETURN_IF_ERROR(TakeResidual(labels, places));
+      record.milliseconds.posterior += watch.LapMilliseconds();
     }
     record.learnt = status.ok();
     if (!status.ok()) {
@@ -195,8 +181,12 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
   }
   learner_->Describe(record);
   if (with_posterior) {
-    StageTimer timer(record.milliseconds.posterior);
-    EGOSIEVE_ASSIGN_OR_RETURN(learnt.posterior, MakePosterior());
+    Stopwatch watch;
+    if (process_ == nullptr) {
+      EGOSIEVE_ASSIGN_OR_RETURN(process_, learner_->MakePosterior());
+    }
+    learnt.posterior = MapPosterior{process_, location_prior_, residual_};
+    record.milliseconds.posterior += watch.LapMilliseconds();
   }
   return learnt;
 }
@@ -213,25 +203,16 @@ absl::Status OnlineSegmenter::TakeResidual(const LabelledFrame& labels,
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::shared_ptr<const MapPosterior>> OnlineSegmenter::MakePosterior() {
-  if (posterior_ == nullptr) {
-    if (process_ == nullptr) {
-      EGOSIEVE_ASSIGN_OR_RETURN(process_, learner_->MakePosterior());
-    }
-    posterior_ = std::make_shared<MapPosterior>(MapPosterior{process_, location_prior_, residual_});
-  }
-  return posterior_;
-}
-
 absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
                                                        const MapPosterior& posterior,
                                                        FrameRecord& record) const {
-  StageTimer timer(record.milliseconds.inference);
+  Stopwatch watch;
   SegmentationMap map;
   map.frame_index = frame.index;
   map.grid = ImageGrid{frame.image.cols, frame.image.rows, options_.stride_pixels};
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<float> field,
-                            DescribeGrid(Equalized(frame), map.grid, options_.descriptor));
+  const cv::Mat picture = Equalized(frame);
+  const std::vector<float> field =
+      BoxMeansOnGrid(ViewOf(picture), map.grid, options_.window_pixels);
   const int64_t size = map.grid.size();
   map.probability.resize(size);
   map.mean.resize(size);
@@ -243,18 +224,18 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
   EGOSIEVE_ASSIGN_OR_RETURN(
       const kernels::PosteriorCounts counts,
       posterior.process->Evaluate(
-          kernels::ConstMatrixView<float>(field.data(), size, kDescriptorDimension), outputs));
+          kernels::ConstMatrixView<float>(field.data(), size, kBoxMeanColumns), outputs));
   for (float& value : map.deviation) {
     value = std::sqrt(value);
   }
   posterior.residual.Apply(options_.residual_weight, map);
   posterior.location.Apply(map);
-  map.clamped_variances = counts.clamped_variances;
   record.clamped_variances = counts.clamped_variances;
   const int64_t dynamic = std::count_if(map.probability.begin(), map.probability.end(),
                                         [](float probability) { return probability >= 0.5f; });
   record.dynamic_share = static_cast<double>(dynamic) / static_cast<double>(size);
   record.expected_overlap = ExpectedOverlap(map.probability);
+  record.milliseconds.inference += watch.LapMilliseconds();
   return map;
 }
 
@@ -273,8 +254,7 @@ absl::StatusOr<std::string> OnlineSegmenter::Checkpoint(absl::string_view labell
   EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile checkpoint, learner_->Checkpoint());
   checkpoint.annotations += location_prior_.ToBytes();
   absl::StrAppend(&checkpoint.annotations, labeller_state);
-  posterior_.reset();  // it was made from the factor before rebuilding
-  process_.reset();
+  process_.reset();  // it was made from the factor before rebuilding
   return gp::SerializeModel(checkpoint);
 }
 
@@ -283,7 +263,6 @@ absl::Status OnlineSegmenter::Restore(absl::string_view checkpoint,
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::ModelFile file,
                             gp::ParseModel({checkpoint.data(), checkpoint.size()}));
   EGOSIEVE_RETURN_IF_ERROR(learner_->Restore(file));
-  posterior_.reset();
   process_.reset();
   residual_ = LabelResidual();
   absl::string_view rest = file.annotations;

@@ -16,6 +16,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,8 @@
 #include "absl/strings/string_view.h"
 #include "gp/model/posterior.h"
 #include "kernels/runtime/context.h"
-#include "vision/descriptor/frame_descriptor.h"
 #include "vision/frame/frame.h"
+#include "vision/image/box_means.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/segmentation/frame_record.h"
 #include "vision/segmentation/label_residual.h"
@@ -39,8 +40,8 @@ struct OnlineSegmenterOptions {
   FrameLabellerOptions labeller;
   OnlineLearnerOptions learner;
   LocationPriorOptions location_prior;
-  double residual_weight = 0.0;  // w of label_residual.h; in [0, 1]; 0: no residual
-  DescriptorOptions descriptor;
+  double residual_weight = 0.0;       // w of label_residual.h; in [0, 1]; 0: no residual
+  int window_pixels = kWindowPixels;  // of the descriptors (box_means.h)
   // Number of later frames that a frame's labels may use, if the caller has them (in a recording,
   // not from a live camera). From 0 to 100.
   int ahead_frames = FrameLabellerOptions::kLongestAutoGap;
@@ -72,7 +73,7 @@ class OnlineSegmenter {
       std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options);
 
   struct Learnt {
-    std::shared_ptr<const MapPosterior> posterior;
+    std::optional<MapPosterior> posterior;  // if one is wanted
     LabelledFrame labels;
     FrameRecord record;
   };
@@ -98,8 +99,6 @@ class OnlineSegmenter {
 
   absl::StatusOr<Result> Process(const Frame& frame);
 
-  absl::StatusOr<std::shared_ptr<const MapPosterior>> MakePosterior();
-
   // The state after the last learnt frame, as the bytes of a model file (gp/io/model_file.h). Call
   // it between two frames. This segmenter and one restored from the bytes continue with the same
   // bits.
@@ -121,16 +120,15 @@ class OnlineSegmenter {
   // Residual of the frame's labels against the process right after learning them.
   absl::Status TakeResidual(const LabelledFrame& labels, kernels::ConstMatrixView<float> places);
 
-  // The frame for the descriptors: equalised if requested.
-  Frame Equalized(const Frame& frame) const;
+  // The picture for the descriptors: equalised if requested.
+  cv::Mat Equalized(const Frame& frame) const;
 
   OnlineSegmenterOptions options_;
   std::unique_ptr<FrameLabeller> labeller_;
   std::unique_ptr<OnlineLearner> learner_;
   LocationPrior location_prior_;
   LabelResidual residual_;
-  std::shared_ptr<const gp::Posterior> process_;   // of the present learner; null: to be made
-  std::shared_ptr<const MapPosterior> posterior_;  // of the present model; null: to be made
+  std::shared_ptr<const gp::Posterior> process_;  // of the present learner; null: to be made
 };
 
 }  // namespace egosieve::vision

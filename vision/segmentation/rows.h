@@ -1,6 +1,7 @@
-// Rows of matrices and vectors, by index.
+// Rows of matrices and vectors, by index, and as the points of a k-d tree.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 #include <vector>
@@ -28,6 +29,20 @@ std::vector<T> Gather(std::type_identity_t<absl::Span<const T>> values,
   for (const int64_t row : rows) gathered.push_back(values[row]);
   return gathered;
 }
+
+// Rows as nanoflann takes them.
+struct PointCloud {
+  kernels::ConstMatrixView<double> points;
+
+  size_t kdtree_get_point_count() const { return static_cast<size_t>(points.rows); }
+  double kdtree_get_pt(size_t row, size_t axis) const {
+    return points(static_cast<int64_t>(row), static_cast<int64_t>(axis));
+  }
+  template <typename Box>
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
+};
 
 // The rows of [0, count) that are not in `kept`; `kept` is increasing.
 inline std::vector<int64_t> Complement(int64_t count, absl::Span<const int64_t> kept) {

@@ -15,7 +15,6 @@ struct SegmentationMap {
   std::vector<float> probability;  // of belonging to a mover
   std::vector<float> mean;         // of f, with labels -1 (static) and 1 (dynamic)
   std::vector<float> deviation;    // standard deviation of f
-  int64_t clamped_variances = 0;
 };
 
 // The intersection over union of the mask p > 1/2 with the true one that the probabilities expect:

@@ -11,11 +11,10 @@
 #include <variant>
 #include <vector>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
+#include "vision/labelling/stopwatch.h"
 #include "vision/segmentation/bounded_queue.h"
-#include "vision/segmentation/stage_timer.h"
 
 namespace egosieve::vision {
 namespace {
@@ -27,7 +26,7 @@ struct InFlight {
   std::vector<std::shared_ptr<const ExtractedFrame>> ahead;  // of the frames after this one
   double extract_milliseconds = 0.0, prepare_milliseconds = 0.0;
   std::string labeller_state;  // where a checkpoint is due
-  std::shared_ptr<const MapPosterior> posterior;
+  std::optional<MapPosterior> posterior;
 };
 
 // The stages as functions of one frame. The drivers below run them in turn or on threads.
@@ -52,9 +51,9 @@ class Stages {
       return std::nullopt;
     }
     InFlight item;
-    std::optional<StageTimer> timer(item.result.read_milliseconds);
+    Stopwatch watch;
     EGOSIEVE_ASSIGN_OR_RETURN(FrameRead read, source_.Next());
-    timer.reset();
+    item.result.read_milliseconds = watch.LapMilliseconds();
     if (auto* end = std::get_if<EndOfFrames>(&read)) {
       summary_.warning = std::move(end->warning);
       return std::nullopt;
@@ -75,14 +74,13 @@ class Stages {
   // take less time.
   absl::Status Extract(InFlight& item) {
     if (item.result.damage.has_value()) return absl::OkStatus();
-    {
-      StageTimer timer(item.extract_milliseconds);
-      EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.labeller().Extract(item.result.frame));
-    }
-    StageTimer timer(item.prepare_milliseconds);
+    Stopwatch watch;
+    EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.labeller().Extract(item.result.frame));
+    item.extract_milliseconds = watch.LapMilliseconds();
     if (before_ != nullptr) {
       EGOSIEVE_RETURN_IF_ERROR(segmenter_.labeller().Prepare(*before_, *item.extracted));
     }
+    item.prepare_milliseconds = watch.LapMilliseconds();
     before_ = item.extracted;
     return absl::OkStatus();
   }
@@ -120,13 +118,14 @@ class Stages {
       EGOSIEVE_RETURN_IF_ERROR(LearnLabels(item));
       ++summary_.segmented_frames;
     }
-    return CheckpointIfDue(item);
+    if (IsCheckpointDue(item)) {
+      EGOSIEVE_ASSIGN_OR_RETURN(item.result.checkpoint, segmenter_.Checkpoint(item.labeller_state));
+    }
+    return absl::OkStatus();
   }
 
   absl::Status Infer(InFlight& item) const {
-    if (item.posterior == nullptr) {
-      return absl::OkStatus();
-    }
+    if (!item.posterior) return absl::OkStatus();
     EGOSIEVE_ASSIGN_OR_RETURN(
         item.result.map, segmenter_.Infer(item.result.frame, *item.posterior, item.result.record));
     item.posterior.reset();
@@ -178,13 +177,6 @@ class Stages {
   bool IsCheckpointDue(const InFlight& item) const {
     return options_.checkpoint_interval > 0 &&
            (item.result.index + 1) % options_.checkpoint_interval < options_.frame_step;
-  }
-
-  absl::Status CheckpointIfDue(InFlight& item) {
-    if (IsCheckpointDue(item)) {
-      EGOSIEVE_ASSIGN_OR_RETURN(item.result.checkpoint, segmenter_.Checkpoint(item.labeller_state));
-    }
-    return absl::OkStatus();
   }
 
   FrameSource& source_;
@@ -334,31 +326,10 @@ class OverlappedRun {
 
 }  // namespace
 
-absl::Status PipelineOptions::Validate() const {
-  if (queue_capacity < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("queue_capacity = %d; it must be at least 1", queue_capacity));
-  }
-  if (first_frame < 0) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("first_frame = %d; it must not be negative", first_frame));
-  }
-  if (frame_step < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("frame_step = %d; it must be at least 1", frame_step));
-  }
-  if (checkpoint_interval < 0) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("checkpoint_interval = %d; it must not be negative", checkpoint_interval));
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<PipelineSummary> RunPipeline(FrameSource& source, OnlineSegmenter& segmenter,
                                             const PipelineOptions& options,
                                             const std::function<bool()>& stop_requested,
                                             const SegmentedFrameSink& sink) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(options.first_frame));
   Stages stages(source, segmenter, options, stop_requested, sink);
   EGOSIEVE_RETURN_IF_ERROR(kernels::CatchExceptions([&] {

@@ -36,8 +36,6 @@ struct PipelineOptions {
   // none. Checkpoints rebuild the model's factor: two runs agree to the last bit only if their
   // intervals agree.
   int64_t checkpoint_interval = 0;
-
-  absl::Status Validate() const;
 };
 
 // The sink's input, one per frame, in the order of the input.

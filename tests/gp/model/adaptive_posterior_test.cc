@@ -308,11 +308,9 @@ Frame SampleFrame(const cv::Mat& image, const cv::Mat& mask, std::mt19937_64& ge
   }
   const vision::ImageView view{image.data, image.cols, image.rows, 3,
                                static_cast<ptrdiff_t>(image.step)};
-  NarrowMatrix descriptors(pixels.rows(), 6);
-  EXPECT_EQ(vision::BoxMeansAt(view, ViewOf(pixels), {},
-                               {descriptors.data(), descriptors.rows(), descriptors.cols()}),
-            absl::OkStatus());
-  frame.inputs = descriptors.cast<double>();
+  const std::vector<float> descriptors = Value(vision::BoxMeansAt(view, ViewOf(pixels)));
+  frame.inputs =
+      Eigen::Map<const NarrowMatrix>(descriptors.data(), pixels.rows(), 6).cast<double>();
   return frame;
 }
 

@@ -170,11 +170,5 @@ TEST(LocationPriorTest, BytesThatAreNoStateAreRefused) {
   }
 }
 
-TEST(LocationPriorTest, OptionsAreChecked) {
-  EXPECT_TRUE(LocationPriorOptions().Validate().ok());
-  EXPECT_FALSE((LocationPriorOptions{1.1, 0.9}).Validate().ok());
-  EXPECT_FALSE((LocationPriorOptions{0.5, std::nan("")}).Validate().ok());
-}
-
 }  // namespace
 }  // namespace egosieve::vision

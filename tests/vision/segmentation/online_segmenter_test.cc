@@ -162,13 +162,29 @@ TEST(OnlineSegmenterOptionsTest, ValidateNamesFieldAndValue) {
   OnlineSegmenterOptions options;
   EXPECT_TRUE(options.Validate().ok());
   options.stride_pixels = 0;
-  EXPECT_EQ(options.Validate().message(), "stride_pixels = 0; it must be at least 1");
+  EXPECT_EQ(options.Validate().message(), "stride_pixels is 0; it must be at least 1");
+  for (const int window : {0, -1, 6}) {
+    options = OnlineSegmenterOptions();
+    options.window_pixels = window;
+    EXPECT_THAT(options.Validate().message(), testing::HasSubstr("window_pixels"));
+  }
   options = OnlineSegmenterOptions();
   options.learner.calibration_sample_size = 1;
   EXPECT_THAT(options.Validate(), IsInvalid());
   options = OnlineSegmenterOptions();
   options.learner.model_radius = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(options.Validate(), IsInvalid());
+  for (const LocationPriorOptions& wrong : {LocationPriorOptions{1.1, 0.9}, {0.5, std::nan("")}}) {
+    options = OnlineSegmenterOptions();
+    options.location_prior = wrong;
+    EXPECT_THAT(options.Validate(), IsInvalid());
+  }
+  for (const BudgetOptions& wrong :
+       {BudgetOptions{.budget = -1}, {.rare_class_share = 0.6}, {.maximum_positive_age = -1}}) {
+    options = OnlineSegmenterOptions();
+    options.learner.budget = wrong;
+    EXPECT_THAT(options.Validate(), IsInvalid());
+  }
 }
 
 // What goes wrong with a camera in a long drive: every frame is answered, the log says why nothing

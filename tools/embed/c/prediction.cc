@@ -249,8 +249,7 @@ void PredictImage(const DevicePosterior& at, const egosieve_image* image, int32_
   CheckDimension(at, kImageInputs, "an image");
   const vision::ImageGrid grid{view.width, view.height, stride};
   const Outputs outputs(prediction, grid.rows(), grid.columns());
-  std::vector<float> field(grid.size() * kImageInputs);
-  Check(vision::BoxMeansOnGrid(view, grid, {}, {field.data(), grid.size(), kImageInputs}));
+  const std::vector<float> field = vision::BoxMeansOnGrid(view, grid);
   const Queries<float> queries = [&](int64_t begin, int64_t end, std::vector<float>&) {
     return kernels::ConstMatrixView<float>(&field[begin * kImageInputs], end - begin, kImageInputs);
   };
@@ -323,10 +322,10 @@ egosieve_status egosieve_gp_describe_pixels(egosieve_gp* gp, const egosieve_imag
     const OutputArray output("out", out, points.rows(), kImageInputs);
     Require(output.wanted(), "out.data is null");
     const std::vector<double> at = points.Values();
-    std::vector<float> descriptors(points.rows() * kImageInputs);
-    Check(Named("places", vision::BoxMeansAt(view, {at.data(), points.rows(), 2}, {},
-                                             {descriptors.data(), points.rows(), kImageInputs})));
-    output.Write(descriptors);
+    const absl::StatusOr<std::vector<float>> descriptors =
+        vision::BoxMeansAt(view, {at.data(), points.rows(), 2});
+    Check(Named("places", descriptors.status()));
+    output.Write(*descriptors);
   });
 }
 
