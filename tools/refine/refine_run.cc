@@ -13,7 +13,6 @@
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/segmented_pictures.h"
-#include "vision/masks/glimpses.h"
 #include "vision/masks/mask_image.h"
 
 namespace egosieve::tools {
@@ -207,14 +206,11 @@ std::vector<cv::Mat1w> RefineRun::NumberMovers(size_t begin, size_t end,
   for (size_t i = 0; i < results.size(); ++i) {
     const size_t now = begin - window_begin_ + i;
     const size_t seen = causal ? now + 1 : window_.size();
-    while (tracked.size() < seen) {
-      const vision::WindowFrame& frame = window_[tracked.size()];
-      tracked.push_back({frame.time_seconds, frame.small, frame.flow, frame.errors});
-    }
+    while (tracked.size() < seen) tracked.push_back(window_[tracked.size()]);
     if (begin + i == end) next_chunk = tracker_;
     vision::MoverTracker& tracker = begin + i < end ? tracker_ : next_chunk;
     numbers.push_back(
-        tracker.Add(tracked, now, vision::SmallMask(results[i].mask, window_[now].small.size())));
+        tracker.Add(tracked, now, vision::SmallMask(results[i].mask, window_[now].image.size())));
     if (i > 0 && !causal &&
         results[i].time_seconds - results[i - 1].time_seconds <= vision::kGlimpseSeconds) {
       vision::DropGlimpses(seen_once, numbers[i], numbers[i - 1]);
@@ -264,7 +260,7 @@ absl::Status RefineRun::RunChunk(size_t begin, size_t end) {
   results.resize(end - begin);
   for (size_t i = 0; i < results.size(); ++i) {
     results[i].ids = vision::NumberPixels(numbers[i], results[i].mask);
-    window_[begin - window_begin_ + i].image.release();
+    window_[begin - window_begin_ + i].full.release();
   }
   return WriteChunk(begin, results);
 }

@@ -100,7 +100,7 @@ class RefineRun {
   std::vector<cv::Mat1f> RefinedMapsOf(size_t begin, size_t end) const;
   absl::Status RunChunk(size_t begin, size_t end);
   // The movers' numbers in the frames [begin, end), at working resolution. results: of these frames
-  // and, where the next frame tells which of the last movers are glimpses (glimpses.h), of that.
+  // and, where the next frame tells which of the last movers are glimpses (mover_tracker.h), of that.
   std::vector<cv::Mat1w> NumberMovers(size_t begin, size_t end,
                                       const std::vector<FrameResult>& results);
   // Gives the tracker's numbers in the frames [begin, ...) of `tracked` the numbers of the movers.

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "vision/statistics/order_statistics.h"
-#include "vision/statistics/robust_scale.h"
 
 namespace egosieve::vision {
 namespace {

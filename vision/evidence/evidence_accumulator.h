@@ -67,12 +67,10 @@ struct EvidenceFrame {
 
 struct PointEvidence {
   double probability = 0.5;
-  // Of the current frame, by EvidenceTerm; not read where not present.
-  std::array<double, kEvidenceTerms> log_ratio{};
-  std::array<bool, kEvidenceTerms> present{};
-  std::optional<double> views_log_ratio;       // of all `views`, added to the epipolar term
-  std::optional<double> views_road_log_ratio;  // of the longest view, added to the road term
-  bool judged = false;                         // has evidence, from this frame or earlier ones
+  // Log-likelihood ratios of the current frame, by EvidenceTerm: of the pair, and of `views`, all of
+  // them or, of the road, the longest.
+  std::array<std::optional<double>, kEvidenceTerms> of_pair, of_views;
+  bool judged = false;  // has evidence, from this frame or earlier ones
   EvidenceTerm decided_by = EvidenceTerm::kEpipolar;  // greatest part of L in its direction
 };
 

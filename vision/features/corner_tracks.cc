@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "vision/features/corner_detector.h"
-#include "vision/features/spread.h"
 #include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
@@ -21,17 +20,12 @@ constexpr int kBorder = 5;               // pixels
 constexpr float kLeastResponse = 1e-5f;  // as in feature_extractor.h
 
 std::vector<cv::Point2f> SpreadCorners(const cv::Mat& picture, int count) {
-  std::vector<cv::Point2f> positions;
-  std::vector<float> responses;
-  for (const Corner& corner : DetectCorners(picture, kLeastResponse, kBorder)) {
-    positions.push_back(corner.position);
-    responses.push_back(corner.response);
-  }
   const double side = std::sqrt(static_cast<double>(picture.size().area()) / count);
   std::vector<cv::Point2f> places;
-  for (const int64_t i : SpreadOverGrid(positions, responses, picture.size(),
-                                        std::max(1, static_cast<int>(std::lround(side))), count)) {
-    places.push_back(positions[i]);
+  for (const cv::KeyPoint& corner :
+       SpreadOverGrid(DetectCorners(picture, kLeastResponse, kBorder), picture.size(),
+                      std::max(1, static_cast<int>(std::lround(side))), count)) {
+    places.push_back(corner.pt);
   }
   return places;
 }

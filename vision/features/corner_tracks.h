@@ -1,6 +1,6 @@
 // Corners followed through the pictures of a short window to a fraction of a pixel.
 //
-// 1. Corners (corner_detector.h) of the first picture, spread evenly over it (spread.h).
+// 1. Corners (corner_detector.h) of the first picture, spread evenly over it.
 // 2. Pyramidal Lucas-Kanade from each picture to the next, and back. A track ends where it does not
 //    return to within 0.3 pixels, or comes close to the picture's border.
 //

@@ -43,15 +43,7 @@ class PatchComparison {
   };
 
   PatchComparison(const cv::Mat& picture, const cv::Mat& other, const cv::Mat& flow)
-      : picture_(picture) {
-    cv::Mat map(flow.size(), CV_32FC2);
-    for (int y = 0; y < flow.rows; ++y) {
-      const cv::Point2f* in = flow.ptr<cv::Point2f>(y);
-      cv::Point2f* out = map.ptr<cv::Point2f>(y);
-      for (int x = 0; x < flow.cols; ++x) out[x] = cv::Point2f(x + in[x].x, y + in[x].y);
-    }
-    cv::remap(other, warped_, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  }
+      : picture_(picture), warped_(WarpByFlow(other, flow)) {}
 
   Result At(int x, int y) const {
     const int left = std::max(x - kRadius, 0), right = std::min(x + kRadius, picture_.cols - 1);
@@ -127,6 +119,19 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
   return flow;
 }
 
+cv::Mat WarpByFlow(const cv::Mat& values, const cv::Mat& flow) {
+  cv::Mat2f places(flow.size());
+  for (int y = 0; y < flow.rows; ++y) {
+    const cv::Vec2f* in = flow.ptr<cv::Vec2f>(y);
+    for (int x = 0; x < flow.cols; ++x) {
+      places(y, x) = {static_cast<float>(x) + in[x][0], static_cast<float>(y) + in[x][1]};
+    }
+  }
+  cv::Mat warped;
+  cv::remap(values, warped, places, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  return warped;
+}
+
 cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at) {
   return SampleClamped<cv::Point2f>(field, at.x, at.y);
 }
@@ -171,11 +176,8 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
   });
   TrackedGrid grid;
   for (const std::vector<Node>& row : rows) {
-    grid.point_count += static_cast<int64_t>(row.size());
     for (const Node& node : row) {
       if (node.textured) {
-        ++grid.textured_count;
-        grid.agreeing_count += node.agrees;
         grid.textured.push_back(node.place);
         grid.agrees.push_back(node.agrees ? 1 : 0);
       }

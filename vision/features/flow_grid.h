@@ -18,6 +18,7 @@
 // Fields and pictures are sampled bilinearly. Cost: two flows, linear in the pixels.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -61,9 +62,8 @@ struct TrackedGrid {
   // All textured points of the grid, and for each whether flow agrees and is kept.
   std::vector<cv::Point2f> textured;
   std::vector<uint8_t> agrees;
-  int64_t point_count = 0;     // of the grid, without ignored ones
-  int64_t textured_count = 0;  // = textured.size()
-  int64_t agreeing_count = 0;  // number of ones in `agrees`
+
+  int64_t AgreeingCount() const { return std::count(agrees.begin(), agrees.end(), 1); }
 };
 
 // The grid lies in the second image (`anchor_second`) or in the first, at whole pixels there. The
@@ -76,6 +76,9 @@ bool IsLargeEnoughForFlow(cv::Size size);
 
 // The position to which a flow moves `from`; nothing if it leaves the picture or does not return.
 std::optional<cv::Point2f> FollowFlow(const cv::Mat& there, const cv::Mat& back, cv::Point2f from);
+
+// Samples a picture or a field at x + flow(x), bilinearly; outside, at the nearest border pixel.
+cv::Mat WarpByFlow(const cv::Mat& values, const cv::Mat& flow);
 
 // Bilinear sample of a CV_32FC2 field, clamped at the border.
 cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <concepts>
 
 namespace egosieve::vision {
 
@@ -14,9 +15,10 @@ struct RelativePose {
   double noise_pixels = 0.0;                               // deviation of a static place
 };
 
-// From the second picture to the first.
-inline RelativePose Inverse(const RelativePose& pose) {
-  RelativePose inverse = pose;
+// From the second picture to the first, of a pose or what is derived from it.
+template <std::derived_from<RelativePose> Pose>
+Pose Inverse(const Pose& pose) {
+  Pose inverse = pose;
   inverse.rotation = pose.rotation.transpose();
   inverse.translation = -(inverse.rotation * pose.translation);
   return inverse;

@@ -42,8 +42,8 @@ void EvidenceLabeller::Begin(int64_t frame_index) {
   accumulator_.Interrupt();
 }
 
-void EvidenceLabeller::Advance(const ExtractedFrame& frame, const FramePairs& pairs) {
-  AdvanceGrid(frame.grey.size(), pairs);
+void EvidenceLabeller::Advance(const ExtractedFrame& frame, const TrackedGrid& grid) {
+  AdvanceGrid(frame.grey.size(), grid);
   ++state_.picture;
   state_.frame_indices.push_back(frame.frame.index);
   if (state_.frame_indices.size() > kTrackHistory) {
@@ -51,23 +51,24 @@ void EvidenceLabeller::Advance(const ExtractedFrame& frame, const FramePairs& pa
   }
 }
 
-void EvidenceLabeller::AdvanceGrid(cv::Size size, const FramePairs& pairs) {
+void EvidenceLabeller::AdvanceGrid(cv::Size size, const TrackedGrid& grid) {
   is_textured_.clear();
-  if (pairs.links.empty()) return grid_.EndAll();
+  if (grid.pairs.empty()) return grid_.EndAll();
   // A tracker without links in the last picture starts in that picture.
   if (grid_.state().frame_index != state_.picture || grid_.tracks().empty()) {
     grid_.EndAll();
     if (grid_.state().frame_index < state_.picture) grid_.Advance(state_.picture, size, {});
   }
-  grid_.Advance(state_.picture + 1, size, pairs.links);
+  grid_.Advance(state_.picture + 1, size, grid.pairs);
   is_textured_.assign(grid_.tracks().size(), 0);
-  for (size_t i = 0; i < pairs.links.size(); ++i) {
-    is_textured_[NodeAt(pairs.links[i].x2, pairs.links[i].y2, grid_.state().nodes.width, kStride)] =
-        pairs.link_is_textured[i];
+  for (size_t i = 0; i < grid.pairs.size(); ++i) {
+    const PointPair& pair = grid.pairs[i];
+    is_textured_[NodeAt(pair.x2, pair.y2, grid_.state().nodes.width, kStride)] =
+        grid.is_textured[i];
   }
 }
 
-std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks& ahead) const {
+std::vector<TrackedPoint> EvidenceLabeller::Points(int gap, const GridLinks& ahead) const {
   const cv::Size nodes = ahead.empty() ? grid_.state().nodes : ahead.nodes;
   const bool has_tracks = static_cast<int>(grid_.tracks().size()) == nodes.area();
   const auto flags = [&](const auto& is_followed) {
@@ -91,7 +92,8 @@ std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks&
   for (int n = 0; n < nodes.area(); ++n) {
     const bool tracked = far_behind[n] != 0;
     TrackedPoint point;
-    point.evidence.now = PlaceOfNode(n, nodes.width, kStride);
+    const cv::Point2f now = point.evidence.now = PlaceOfNode(n, nodes.width, kStride);
+    if (IsIgnored(windscreen_, windscreen_.size(), now.x, now.y)) continue;
     // The longer span if it can be followed, else the shorter one.
     if (holds(far_ahead, n)) {
       point.far_ahead = ahead.far[n];
@@ -116,14 +118,6 @@ std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks&
     point.evidence.estimates = point.is_textured;
     points.push_back(point);
   }
-  return points;
-}
-
-std::vector<TrackedPoint> EvidenceLabeller::Points(int gap, const GridLinks& ahead) const {
-  std::vector<TrackedPoint> points = GridPoints(gap, ahead);
-  std::erase_if(points, [&](const TrackedPoint& point) {
-    return IsIgnored(windscreen_, windscreen_.size(), point.evidence.now.x, point.evidence.now.y);
-  });
   return points;
 }
 

@@ -17,20 +17,10 @@
 #include "vision/evidence/evidence_accumulator.h"
 #include "vision/geometry/pinhole.h"
 #include "vision/labelling/frame_labeller.h"
-#include "vision/labelling/label_outcome.h"
 #include "vision/labelling/pair_motions.h"
 #include "vision/tracking/grid_tracker.h"
 
 namespace egosieve::vision {
-
-// Correspondences between two frames, from flow.
-struct FramePairs {
-  std::vector<PointPair> links;  // end in nodes of the flow grid, row by row
-  std::vector<uint8_t> link_is_textured;
-  PairCounts counts;
-  // Dense flow; its checks.
-  double features_milliseconds = 0.0, matching_milliseconds = 0.0;
-};
 
 struct EvidenceLabellerState {
   int64_t picture = -1;                // number of the last picture; -1: none
@@ -65,8 +55,8 @@ class EvidenceLabeller {
   void Begin(int64_t frame_index);
   // For a frame that repeats the last picture.
   void Repeat(int64_t frame_index) { state_.frame_indices.back() = frame_index; }
-  // Step 1. pairs: from the last picture to `frame`.
-  void Advance(const ExtractedFrame& frame, const FramePairs& pairs);
+  // Step 1. grid: the nodes of `frame`, tracked from the last picture.
+  void Advance(const ExtractedFrame& frame, const TrackedGrid& grid);
 
   // Frame index of the last picture; -1: none.
   int64_t last_frame_index() const {
@@ -93,8 +83,7 @@ class EvidenceLabeller {
   absl::Status Restore(EvidenceLabellerState state);
 
  private:
-  std::vector<TrackedPoint> GridPoints(int gap, const GridLinks& ahead) const;
-  void AdvanceGrid(cv::Size size, const FramePairs& pairs);
+  void AdvanceGrid(cv::Size size, const TrackedGrid& grid);
 
   cv::Mat1b ignored_, windscreen_;
   GridTracker grid_;

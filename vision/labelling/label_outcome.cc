@@ -6,6 +6,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "kernels/base/argument_checks.h"
+#include "kernels/base/status_macros.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/repeated_picture.h"
 #include "vision/image/inside.h"
@@ -18,6 +20,31 @@ namespace {
 constexpr double kMajority = 0.5;
 
 }  // namespace
+
+FrameLabellerOptions FrameLabellerOptions::Paper() {
+  FrameLabellerOptions options;
+  options.is_paper = true;
+  options.equalization = Equalization::kGlobal;
+  return options;
+}
+
+absl::Status FrameLabellerOptions::Validate() const {
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CheckOptions({
+      {"longest_side_pixels", longest_side_pixels,
+       longest_side_pixels == 0 || longest_side_pixels >= 64, "be at least 64, or 0"},
+      {"frame_gap", frame_gap, frame_gap >= 0 && frame_gap <= 100,
+       "be from 1 to 100, or 0 for auto"},
+  }));
+  if (is_paper && frame_gap == 0) {
+    return absl::InvalidArgumentError("the paper's front end needs a frame_gap of at least 1");
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<LabelledFrame> FrameLabeller::Process(const Frame& frame) {
+  EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const ExtractedFrame> extracted, Extract(frame));
+  return Label(std::move(extracted));
+}
 
 absl::Status MakeGrey(const Frame& frame, const FrameLabellerOptions& options,
                       ExtractedFrame& extracted) {
@@ -129,7 +156,6 @@ bool IsEnough(const PairCounts& counts, LabelledFrame& result) {
 
 void RecordMotion(const MotionModel& model, LabelledFrame& result) {
   result.motion_model = model.kind;
-  result.motion_trusted = model.trusted;
   result.parallax_pixels = model.parallax_pixels;
   result.inlier_count = model.inlier_count;
   if (!model.trusted) SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
@@ -158,7 +184,7 @@ std::string DoubtOf(const LabelledFrame& labels) {
 }
 
 std::string DoubtOfTurn(const TwoViewMotion& motion, const Pinhole& camera, cv::Size size) {
-  // Of focal lengths where nothing is known, one deviation (bundle_adjustment_terms.h).
+  // Of focal lengths where nothing is known, one deviation (bundle_adjustment.h).
   constexpr double kFactor = 1.5;
   constexpr double kMostBend = 3.0;  // deviations of a place, which would seem to move
   const double turn = std::acos(std::clamp(motion.rotation(2, 2), -1.0, 1.0));

@@ -3,10 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
+#include "vision/frame/repeated_picture.h"
 #include "vision/geometry/motion_model.h"
 #include "vision/geometry/pinhole.h"
 #include "vision/labelling/frame_labeller.h"
@@ -35,6 +39,23 @@ absl::Status MakeGrey(const Frame& frame, const FrameLabellerOptions& options,
 // places that lie outside. Matrices remain those of the corrected pictures.
 void ToPixelsOfFrame(const ExtractedFrame& frame, const LensCorrection* lens,
                      LabelledFrame& labels);
+
+// Appends to the pictures with which later pairs begin, oldest first, at most `most` of one size. The
+// later steps are between different pictures: a repeat takes the place of the first.
+template <typename Extracted>
+void Remember(std::shared_ptr<const Extracted> frame, int most,
+              std::deque<std::shared_ptr<const Extracted>>& history) {
+  const cv::Mat& image = frame->frame.image;
+  if (!history.empty() && history.back()->frame.image.size() != image.size()) history.clear();
+  if (!history.empty() && SamePixels(history.back()->frame.image, image)) {
+    auto repeat = std::make_shared<Extracted>(*frame);
+    repeat->frame.time_seconds = history.back()->frame.time_seconds;
+    history.back() = std::move(repeat);
+    return;
+  }
+  history.push_back(std::move(frame));
+  if (static_cast<int>(history.size()) > most) history.pop_front();
+}
 
 // InvalidArgument unless the frame's index is larger than that of `last`; null: no frame before.
 absl::Status CheckOrder(const ExtractedFrame* last, const ExtractedFrame& frame);

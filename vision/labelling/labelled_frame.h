@@ -24,8 +24,6 @@ enum class LabelOutcome {
   kUntrustedMotion,  // no motion model is supported by enough correspondences
 };
 
-const char* Name(LabelOutcome outcome);
-
 struct StageMilliseconds {
   double equalization = 0.0;
   double features = 0.0;
@@ -75,9 +73,8 @@ struct LabelledFrame : LabelSummary {
   std::vector<EvidenceTerm> decided_by;
 
   double parallax_pixels = 0.0;  // as in gap_choice.h; 0 where not measured
-  bool motion_trusted = false;
-  int64_t discarded_count = 0;  // matches without a label
-  double static_share = 1.0;    // of the places that a calibrated motion was estimated from
+  int64_t discarded_count = 0;   // matches without a label
+  double static_share = 1.0;     // of the places that a calibrated motion was estimated from
 
   int64_t size() const { return static_cast<int64_t>(probability.size()); }
   kernels::ConstMatrixView<double> positions_view() const {

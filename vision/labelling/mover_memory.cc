@@ -3,6 +3,15 @@
 #include "vision/image/node_grid.h"
 
 namespace egosieve::vision {
+namespace {
+
+constexpr int kNodeStride = FrameLabellerOptions::kFlowStridePixels;
+
+size_t NodeOf(cv::Point2f place, cv::Size image) {
+  return static_cast<size_t>(NearestNode(place, NodesOf(image, kNodeStride), kNodeStride));
+}
+
+}  // namespace
 
 MovedNodes MoverMemory::CarriedBy(const std::vector<PointPair>& links, cv::Size image) const {
   if (nodes_.empty()) return {};
@@ -16,23 +25,19 @@ MovedNodes MoverMemory::CarriedBy(const std::vector<PointPair>& links, cv::Size 
   return next;
 }
 
-float MoverMemory::At(const MovedNodes& nodes, cv::Point2f place, cv::Size image) const {
+float MoverMemory::At(const MovedNodes& nodes, cv::Point2f place, cv::Size image) {
   const size_t node = nodes.empty() ? 0 : NodeOf(place, image);
   return node < nodes.size() ? nodes[node] : 0.0f;
 }
 
 void MoverMemory::Remember(const std::vector<TrackedPoint>& points, const EvidenceResult& evidence,
                            cv::Size image) {
-  nodes_.assign(NodesOf(image, stride_pixels_).area(), 0.0f);
+  nodes_.assign(NodesOf(image, kNodeStride).area(), 0.0f);
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
     if (!point.judged) continue;
     nodes_[NodeOf(points[i].evidence.now, image)] = static_cast<float>(point.probability);
   }
-}
-
-size_t MoverMemory::NodeOf(cv::Point2f place, cv::Size image) const {
-  return static_cast<size_t>(NearestNode(place, NodesOf(image, stride_pixels_), stride_pixels_));
 }
 
 }  // namespace egosieve::vision

@@ -22,15 +22,13 @@ using MovedNodes = std::vector<float>;
 
 class MoverMemory {
  public:
-  explicit MoverMemory(int stride_pixels) : stride_pixels_(stride_pixels) {}
-
   // Of the last picture.
   const MovedNodes& nodes() const { return nodes_; }
   // The probabilities moved to the next picture. links: from the last picture (1) to nodes of the
   // next one (2).
   MovedNodes CarriedBy(const std::vector<PointPair>& links, cv::Size image) const;
   // The probability at a place of a picture with the probabilities `nodes`.
-  float At(const MovedNodes& nodes, cv::Point2f place, cv::Size image) const;
+  static float At(const MovedNodes& nodes, cv::Point2f place, cv::Size image);
 
   // Stores the probabilities of the last picture.
   void Remember(const std::vector<TrackedPoint>& points, const EvidenceResult& evidence,
@@ -39,9 +37,6 @@ class MoverMemory {
   void Restore(MovedNodes nodes) { nodes_ = std::move(nodes); }
 
  private:
-  size_t NodeOf(cv::Point2f place, cv::Size image) const;
-
-  int stride_pixels_;
   MovedNodes nodes_;
 };
 

@@ -15,10 +15,6 @@ constexpr double kLeastStaticShare = 0.3;
 // Below this motion of the image by rotation, the camera stands.
 constexpr double kStillPixels = 0.25;
 
-bool IsTrusted(const TwoViewMotion& motion) {
-  return motion.found && motion.static_share >= kLeastStaticShare;
-}
-
 // The camera is static if there is no parallax and its rotation hardly moves the image.
 MotionModelKind KindOf(const TwoViewMotion& motion, const Pinhole& camera) {
   if (motion.HasParallax()) return MotionModelKind::kFundamental;
@@ -28,6 +24,10 @@ MotionModelKind KindOf(const TwoViewMotion& motion, const Pinhole& camera) {
 }
 
 }  // namespace
+
+bool IsTrusted(const TwoViewMotion& motion) {
+  return motion.found && motion.static_share >= kLeastStaticShare;
+}
 
 absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
                                   const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead,
@@ -55,21 +55,8 @@ absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
   return outlook;
 }
 
-absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame& frame,
-                              const Pinhole& camera, absl::Span<const float> moved,
-                              PairMotions& motions) {
-  View view;
-  EGOSIEVE_ASSIGN_OR_RETURN(const TwoViewMotion motion,
-                            motions.Between(before, frame, camera, moved));
-  if (!IsTrusted(motion)) return view;
-  view.frame = &before;
-  view.motion = Inverse(motion);
-  return view;
-}
-
 MotionModel ModelOf(const TwoViewMotion& motion, const Pinhole& camera, int64_t pair_count) {
   MotionModel model;
-  model.pair_count = pair_count;
   if (!motion.found) {
     model.reason = "too few places to tell the camera's motion from";
     return model;

@@ -39,10 +39,8 @@ absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
                                   const Pinhole& camera, absl::Span<const float> moved,
                                   PairMotions& motions);
 
-// From `frame` to `before`, the picture before it. moved: for the nodes of the grid of `before`.
-absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame& frame,
-                              const Pinhole& camera, absl::Span<const float> moved,
-                              PairMotions& motions);
+// Whether enough of the places are static.
+bool IsTrusted(const TwoViewMotion& motion);
 
 // The motion as the model of a pair with `pair_count` correspondences; not trusted if too few of
 // them are static.

@@ -74,7 +74,7 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
     followed += grid.is_textured[i];
   }
   links.followed_share = static_cast<double>(followed) /
-                         static_cast<double>(std::max<int64_t>(grid.textured_count, 1));
+                         static_cast<double>(std::max<size_t>(grid.textured.size(), 1));
   links.far = links.near;
   links.last = 1;
   const double least = motion_options_.travel.IsOfVehicle() ? 0.0 : kFollowsFar;

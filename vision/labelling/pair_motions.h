@@ -86,8 +86,8 @@ class PairMotions {
         flows_(std::make_unique<FlowCache>(options)) {}
 
   FlowCache& flows() { return *flows_; }
-  // Time spent on flows so far, or waiting for them.
-  double flow_milliseconds() const { return flow_milliseconds_; }
+  // Time spent on flows since the last call, or waiting for them.
+  double TakeFlowMilliseconds() { return std::exchange(flow_milliseconds_, 0.0); }
 
   // The places of a picture that agree with the drive's fixed pattern. They are not used for the
   // camera's motion.

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/repeated_picture.h"
+#include "vision/labelling/label_outcome.h"
 #include "vision/labelling/labeller_state.h"
 #include "vision/labelling/reduced_labels.h"
 #include "vision/labelling/stopwatch.h"
@@ -35,23 +36,12 @@ absl::Status TrackLabeller::Prepare(const ExtractedFrame& first,
 
 absl::Status TrackLabeller::Push(std::shared_ptr<const ExtractedFrame> frame) {
   EGOSIEVE_RETURN_IF_ERROR(CheckOrder(Last(), *frame));
-  if (!history_.empty() && Last()->frame.image.size() != frame->frame.image.size()) {
-    history_.clear();
-  }
   // Skipped for frames that were already labelled or are part of the restored state.
   if (evidence_.last_frame_index() < frame->frame.index) {
     evidence_.Begin(frame->frame.index);
     movers_.Forget();
   }
-  if (!history_.empty() && SamePixels(Last()->frame.image, frame->frame.image)) {
-    // The later steps are between different pictures: the repeat takes the place of the first.
-    auto repeat = std::make_shared<ExtractedFrame>(*frame);
-    repeat->frame.time_seconds = Last()->frame.time_seconds;
-    history_.back() = std::move(repeat);
-    return absl::OkStatus();
-  }
-  history_.push_back(std::move(frame));
-  while (static_cast<int>(history_.size()) > options_.HistoryFrames()) history_.pop_front();
+  Remember(std::move(frame), options_.HistoryFrames(), history_);
   return absl::OkStatus();
 }
 
@@ -133,7 +123,9 @@ absl::StatusOr<LabelledFrame> TrackLabeller::Label(std::shared_ptr<const Extract
   }
   Stopwatch watch;
   LearnCamera(*frame, outcome);
-  result.milliseconds.geometry += watch.LapMilliseconds();
+  const double flow = pair_motions_.TakeFlowMilliseconds();
+  result.milliseconds.features += flow;
+  result.milliseconds.geometry += watch.LapMilliseconds() - flow;
   if (result.doubt.empty()) result.doubt = DoubtOf(result);
   ToPixelsOfFrame(*frame, options_.lens.get(), result);
   const int64_t index = frame->frame.index;

@@ -88,7 +88,6 @@ class TrackLabeller : public FrameLabeller {
   TrackLabeller(const FrameLabellerOptions& options, std::optional<FocalLearner> focal)
       : options_(options),
         pattern_(PatternOf(options)),
-        movers_(FrameLabellerOptions::kFlowStridePixels),
         pair_motions_(GridOptionsOf(options), MotionOptionsOf(options.travel), pattern_),
         evidence_(options),
         focal_(std::move(focal)) {}
@@ -133,12 +132,14 @@ class TrackLabeller : public FrameLabeller {
   // The motion between the two frames of the pair. Sets `world` if it is not known.
   MotionModel MotionOfTracks(const std::vector<TrackedPoint>& points, const ExtractedFrame& frame,
                              const MovedNodes& moved, TwoViewMotion& world, LabelledFrame& result);
-  absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
-                                    absl::Span<const float> moved, StageMilliseconds& milliseconds);
   absl::StatusOr<Sight> SightOf(const ExtractedFrame& before, const ExtractedFrame& frame,
                                 const Pictures& ahead, absl::Span<const float> moved, int gap,
                                 StageMilliseconds& milliseconds);
   Pinhole Camera(cv::Size size) const;
+  // The step from `before`, the frame before, where the pair's motion is trusted. Unknown if the pair
+  // is longer and nothing is known of the way from `before`.
+  CameraStep StepOf(const ExtractedFrame& before, const ExtractedFrame& frame, int gap,
+                    const Sight& sight, const std::vector<TrackedPoint>& points) const;
   // Updates the speed of the ground. back: the motion from `frame` to `before`; null: not known.
   // observation: without the pictures.
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,

@@ -29,67 +29,6 @@
 namespace egosieve::vision {
 namespace {
 
-// The frames have one size; without links if it is too small for flow.
-absl::StatusOr<FramePairs> BuildPairs(const ExtractedFrame& first, const ExtractedFrame& second,
-                                      FlowCache& flows) {
-  FramePairs pairs;
-  pairs.counts = PairCounts(second.grey.size());
-  if (!IsLargeEnoughForFlow(second.grey.size())) return pairs;
-  Stopwatch watch;
-  EGOSIEVE_RETURN_IF_ERROR(flows.Between(first, second).status());
-  pairs.features_milliseconds = watch.LapMilliseconds();
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const TrackedGrid> grid,
-                            flows.Grid(first, second, /*anchor_second=*/true));
-  pairs.links = grid->pairs;
-  pairs.link_is_textured = grid->is_textured;
-  pairs.counts.features = grid->textured_count;
-  pairs.counts.matches = grid->agreeing_count;
-  pairs.counts.labelled = static_cast<int64_t>(grid->pairs.size());
-  for (size_t i = 0; i < grid->textured.size(); ++i) {
-    pairs.counts.scene.AddFlow(grid->textured[i], grid->agrees[i] != 0);
-  }
-  pairs.matching_milliseconds = watch.LapMilliseconds();
-  return pairs;
-}
-
-// Motions of a frame to the pictures near it.
-struct FrameViews {
-  int64_t index_before = 0, index = 0;   // in the input: of the frame before and of this one
-  int gap = 1;                           // frame gap of `world`
-  const TwoViewMotion* world = nullptr;  // from the frame `gap` before; null: not trusted
-  const View* behind = nullptr;          // to the frame before; read if `gap` is more than 1
-  const Outlook* outlook = nullptr;
-};
-
-// The step is unknown without `world`, or if `behind` is needed and was not found.
-CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& points,
-                  const Pinhole& camera) {
-  if (views.world == nullptr) return {};
-  if (views.gap > 1 && views.behind->frame == nullptr) return {};
-  const Eigen::Matrix3d rotation = views.gap > 1
-                                       ? Eigen::Matrix3d(views.behind->motion.rotation.transpose())
-                                       : views.world->rotation;
-  const Outlook& outlook = *views.outlook;
-  const bool is_far = outlook.far.frame != nullptr;
-  const View& ahead = outlook.longest();
-  StepViews step;
-  step.behind = views.world;
-  step.pictures_behind = views.gap;
-  if (ahead.frame != nullptr) {
-    step.ahead = &ahead.motion;
-    const double steps = static_cast<double>(ahead.frame->frame.index - views.index) /
-                         static_cast<double>(views.index - views.index_before);
-    step.pictures_ahead = std::max(1, static_cast<int>(std::lround(steps)));
-  }
-  for (const TrackedPoint& point : points) {
-    const cv::Point2f there = is_far ? point.far_ahead : point.near_ahead;
-    const cv::Point2f now = point.evidence.now, before = point.evidence.before;
-    if (!point.is_textured || !point.evidence.HasBefore() || !std::isfinite(there.x)) continue;
-    step.places.push_back({{before.x, before.y, now.x, now.y}, {now.x, now.y, there.x, there.y}});
-  }
-  return MeasureStep(rotation, step, camera);
-}
-
 // Fills in the places of a labelled frame and their probabilities from evidence along tracks
 // (vision/evidence/fusion.h). Nodes of the flow grid in options.ignored are labelled static. Counted
 // as discarded are places outside of the picture, places without a probability, those that tell
@@ -150,6 +89,17 @@ double SecondsBetween(const ExtractedFrame& a, const ExtractedFrame& b) {
   return std::abs(a.frame.time_seconds - b.frame.time_seconds);
 }
 
+PairCounts CountsOf(const TrackedGrid& grid, cv::Size size) {
+  PairCounts counts(size);
+  counts.features = static_cast<int64_t>(grid.textured.size());
+  counts.matches = grid.AgreeingCount();
+  counts.labelled = static_cast<int64_t>(grid.pairs.size());
+  for (size_t i = 0; i < grid.textured.size(); ++i) {
+    counts.scene.AddFlow(grid.textured[i], grid.agrees[i] != 0);
+  }
+  return counts;
+}
+
 constexpr int kNoGap = 1 << 20;  // longer than any track
 // Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their
 // mean, also holds reflections, which change within half a second.
@@ -159,6 +109,34 @@ constexpr int kGroundPictures = 5;
 
 Pinhole TrackLabeller::Camera(cv::Size size) const {
   return Pinhole::Of(size, focal_ratio() * std::max(size.width, size.height));
+}
+
+CameraStep TrackLabeller::StepOf(const ExtractedFrame& before, const ExtractedFrame& frame, int gap,
+                                 const Sight& sight,
+                                 const std::vector<TrackedPoint>& points) const {
+  const auto& [behind, world, outlook] = sight;
+  if (gap > 1 && behind.frame == nullptr) return {};
+  const Eigen::Matrix3d rotation =
+      gap > 1 ? Eigen::Matrix3d(behind.motion.rotation.transpose()) : world.rotation;
+  const bool is_far = outlook.far.frame != nullptr;
+  const View& ahead = outlook.longest();
+  StepViews step;
+  step.behind = &world;
+  step.pictures_behind = gap;
+  if (ahead.frame != nullptr) {
+    step.ahead = &ahead.motion;
+    const int64_t index = frame.frame.index;
+    const double steps = static_cast<double>(ahead.frame->frame.index - index) /
+                         static_cast<double>(index - before.frame.index);
+    step.pictures_ahead = std::max(1, static_cast<int>(std::lround(steps)));
+  }
+  for (const TrackedPoint& point : points) {
+    const cv::Point2f there = is_far ? point.far_ahead : point.near_ahead;
+    const cv::Point2f now = point.evidence.now, then = point.evidence.before;
+    if (!point.is_textured || !point.evidence.HasBefore() || !std::isfinite(there.x)) continue;
+    step.places.push_back({{then.x, then.y, now.x, now.y}, {now.x, now.y, there.x, there.y}});
+  }
+  return MeasureStep(rotation, step, Camera(frame.grey.size()));
 }
 
 void TrackLabeller::AddEarlier(const ExtractedFrame& frame,
@@ -243,24 +221,13 @@ void TrackLabeller::BoundGround(double seconds, TwoViewMotion& motion) const {
   if (!(difference < 2.0 * kGroundError)) motion.ground_heights = heights;
 }
 
-absl::StatusOr<Outlook> TrackLabeller::OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
-                                                 absl::Span<const float> moved,
-                                                 StageMilliseconds& milliseconds) {
-  Stopwatch watch;
-  const double flow_before = pair_motions_.flow_milliseconds();
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      Outlook outlook, LookAhead(frame, ahead, Camera(frame.grey.size()), moved, pair_motions_));
-  const double flow = pair_motions_.flow_milliseconds() - flow_before;
-  milliseconds.features += flow;
-  milliseconds.geometry += watch.LapMilliseconds() - flow;
-  return outlook;
-}
-
 absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
                                            LabelledFrame& result) {
-  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, OutlookOf(frame, ahead, {}, result.milliseconds));
-  if (outlook.empty()) return absl::OkStatus();
+  const Pinhole camera = Camera(frame.grey.size());
   Stopwatch watch;
+  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, LookAhead(frame, ahead, camera, {}, pair_motions_));
+  result.milliseconds.geometry += watch.LapMilliseconds();
+  if (outlook.empty()) return absl::OkStatus();
   if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
   std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
   for (View* view : {&outlook.near, &outlook.far}) {
@@ -268,14 +235,14 @@ absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pi
   }
   MarkUnbounded(frame, TwoViewMotion(), outlook, points);
   const EvidenceResult evidence =
-      evidence_.Judge(nullptr, frame, 1, points, nullptr, Camera(frame.grey.size()),
+      evidence_.Judge(nullptr, frame, 1, points, nullptr, camera,
                       {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}});
   movers_.Remember(points, evidence, frame.grey.size());
   const View& view = outlook.longest();
   result.first_index = frame.frame.index;
   result.second_index = view.frame->frame.index;
-  RecordMotion(ModelOf(view.motion, Camera(frame.grey.size()), 0), result);
+  RecordMotion(ModelOf(view.motion, camera, 0), result);
   result.reason.clear();
   LabelByEvidence(frame, pair_motions_.FixedIn(frame), points, MotionModel(), evidence, options_,
                   result);
@@ -315,20 +282,17 @@ absl::StatusOr<TrackLabeller::Sight> TrackLabeller::SightOf(const ExtractedFrame
                                                             StageMilliseconds& milliseconds) {
   const Pinhole camera = Camera(frame.grey.size());
   Sight sight;
-  EGOSIEVE_ASSIGN_OR_RETURN(sight.outlook, OutlookOf(frame, ahead, moved, milliseconds));
   Stopwatch watch;
-  const double flow_before = pair_motions_.flow_milliseconds();
-  if (gap > 1) {
-    EGOSIEVE_ASSIGN_OR_RETURN(sight.behind,
-                              LookBack(before, frame, camera, movers_.nodes(), pair_motions_));
-  } else {
-    // The motion that was estimated when looking ahead from the frame before.
-    EGOSIEVE_ASSIGN_OR_RETURN(sight.world,
-                              pair_motions_.Between(before, frame, camera, movers_.nodes()));
+  EGOSIEVE_ASSIGN_OR_RETURN(sight.outlook, LookAhead(frame, ahead, camera, moved, pair_motions_));
+  // The motion that was estimated when looking ahead from the frame before.
+  EGOSIEVE_ASSIGN_OR_RETURN(const TwoViewMotion step,
+                            pair_motions_.Between(before, frame, camera, movers_.nodes()));
+  if (gap == 1) {
+    sight.world = step;
+  } else if (IsTrusted(step)) {
+    sight.behind = {&before, Inverse(step)};
   }
-  const double flow = pair_motions_.flow_milliseconds() - flow_before;
-  milliseconds.features += flow;
-  milliseconds.geometry += watch.LapMilliseconds() - flow;
+  milliseconds.geometry += watch.LapMilliseconds();
   return sight;
 }
 
@@ -364,22 +328,27 @@ void TrackLabeller::UseGround(const ExtractedFrame& before, const ExtractedFrame
 
 absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const ExtractedFrame& frame,
                                         const Pictures& ahead, LabelledFrame& result) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs,
-                            BuildPairs(before, frame, pair_motions_.flows()));
-  result.milliseconds.features = pairs.features_milliseconds;
-  result.milliseconds.matching = pairs.matching_milliseconds;
-  if (!IsEnough(pairs.counts, result)) {
+  // Empty if the pictures are too small for flow.
+  auto grid = std::make_shared<const TrackedGrid>();
+  if (IsLargeEnoughForFlow(frame.grey.size())) {
+    Stopwatch watch;
+    EGOSIEVE_RETURN_IF_ERROR(pair_motions_.flows().Between(before, frame).status());
+    result.milliseconds.features = watch.LapMilliseconds();
+    EGOSIEVE_ASSIGN_OR_RETURN(grid,
+                              pair_motions_.flows().Grid(before, frame, /*anchor_second=*/true));
+    result.milliseconds.matching = watch.LapMilliseconds();
+  }
+  if (!IsEnough(CountsOf(*grid, frame.grey.size()), result)) {
     evidence_.Begin(frame.frame.index);
     movers_.Forget();
     ground_ = GroundSpeed();
     return absl::OkStatus();
   }
-  evidence_.Advance(frame, pairs);
-  const MovedNodes moved = movers_.CarriedBy(pairs.links, frame.grey.size());
+  evidence_.Advance(frame, *grid);
+  const MovedNodes moved = movers_.CarriedBy(grid->pairs, frame.grey.size());
   const int gap = Gap(evidence_.PicturesBefore());
   if (evidence_.PicturesBefore() < gap) {
-    SetOutcome(LabelOutcome::kNoPair, absl::StrCat("fewer than ", gap, " frames before this one"),
-               result);
+    SetNoPair(gap, result);
     return absl::OkStatus();
   }
   result.first_index = evidence_.FrameIndexBefore(gap);
@@ -404,9 +373,7 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
                        {behind.frame, &behind.motion, &TrackedPoint::near_behind}});
   movers_.Remember(points, evidence, frame.grey.size());
-  const TwoViewMotion* motion = model.trusted ? &world : nullptr;
-  result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},
-                       points, camera);
+  if (model.trusted) result.step = StepOf(before, frame, gap, sight, points);
   ground_.SetOnward(result.step.onward);
   if (model.trusted) {
     result.noise_pixels = world.noise_pixels;

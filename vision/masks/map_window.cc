@@ -27,15 +27,6 @@ bool ShowOneScene(const FlowPair& flow, const cv::Mat1b& first, const cv::Mat1b&
   return scene.IsOneScene();
 }
 
-std::vector<cv::Mat1f> LinkedMaps(const std::vector<WindowFrame>& frames,
-                                  const MapWindowOptions& options) {
-  std::vector<LinkFrame> links;
-  for (const WindowFrame& frame : frames) {
-    links.push_back({frame.time_seconds, frame.log_odds, frame.has_map, frame.flow, frame.errors});
-  }
-  return LinkMaps(links, options.link);
-}
-
 // Frames begin to end - 1.
 struct FrameSpan {
   size_t begin = 0, end = 0;
@@ -63,7 +54,7 @@ std::vector<cv::Mat1f> SegmentSpan(const std::vector<WindowFrame>& frames,
   std::vector<ShotFrame> shot;
   for (size_t t = span.begin; t < span.end; ++t) {
     ShotFrame& frame = shot.emplace_back();
-    frame.image = frames[t].small;
+    frame.image = frames[t].image;
     frame.log_odds = linked[t];
     if (t == span.begin) continue;
     frame.backward = frames[t].flow.backward;
@@ -105,8 +96,8 @@ WindowFrame MakeWindowFrame(double time_seconds, const cv::Mat3b& image,
   const int step = WorkingStep(image.size());
   WindowFrame frame;
   frame.time_seconds = time_seconds;
-  frame.image = image;
-  frame.small = ToWorkingSize(image, step);
+  frame.full = image;
+  frame.image = ToWorkingSize(image, step);
   frame.log_odds = LogOdds(ToWorkingSize(probability, step));
   frame.has_map = has_map;
   return frame;
@@ -117,13 +108,13 @@ absl::Status LinkFrames(std::vector<WindowFrame>& frames) {
   kernels::ParallelFor(static_cast<int64_t>(frames.size()) - 1, [&](int64_t i) {
     const WindowFrame& before = frames[i];
     WindowFrame& now = frames[i + 1];
-    const bool is_linkable = before.small.size() == now.small.size() &&
-                             std::min(now.small.rows, now.small.cols) >= kLeastFlowSide;
+    const bool is_linkable = before.image.size() == now.image.size() &&
+                             std::min(now.image.rows, now.image.cols) >= kLeastFlowSide;
     if (now.is_linked || !is_linkable) return;
     now.is_linked = true;
     cv::Mat1b first, second;
-    cv::cvtColor(before.small, first, cv::COLOR_BGR2GRAY);
-    cv::cvtColor(now.small, second, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(before.image, first, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(now.image, second, cv::COLOR_BGR2GRAY);
     absl::StatusOr<FlowPair> flow = ComputeFlow(first, second, FlowQuality::kMedium);
     statuses[i] = flow.status();
     if (!flow.ok()) return;
@@ -140,12 +131,13 @@ std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int 
                                     const MapWindowOptions& options) {
   const FrameSpan wanted{static_cast<size_t>(first), static_cast<size_t>(first + count)};
   const FrameSpan span = SteadySpan(frames, wanted, options);
+  std::vector<LinkFrame> links(frames.begin(), frames.end());
   const std::vector<cv::Mat1f> joined =
-      SegmentShots(frames, LinkedMaps(frames, options), span, options);
-  std::vector<LinkFrame> links;
+      SegmentShots(frames, LinkMaps(links, options.link), span, options);
+  links = {frames.begin() + span.begin, frames.begin() + span.end};
   for (size_t i = 0; i < joined.size(); ++i) {
-    const WindowFrame& frame = frames[span.begin + i];
-    links.push_back({frame.time_seconds, joined[i], true, frame.flow, frame.errors});
+    links[i].log_odds = joined[i];
+    links[i].has_map = true;
   }
   TemporalLinkOptions steady_link = options.link;
   steady_link.memory_seconds = options.steady_seconds;
@@ -153,7 +145,7 @@ std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int 
   std::vector<cv::Mat1f> refined(count);
   kernels::ParallelFor(count, [&](int64_t k) {
     refined[k] =
-        RefineProbability(frames[wanted.begin + k].image, steady[wanted.begin - span.begin + k]);
+        RefineProbability(frames[wanted.begin + k].full, steady[wanted.begin - span.begin + k]);
   });
   return refined;
 }

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "vision/features/flow_grid.h"
 #include "vision/masks/edge_refinement.h"
 #include "vision/masks/shot_segmentation.h"
 #include "vision/masks/temporal_link.h"
@@ -33,15 +32,9 @@ struct MapWindowOptions {
   double ReachSeconds() const;
 };
 
-struct WindowFrame {
-  double time_seconds = 0.0;
-  cv::Mat3b image;     // B G R, full resolution; needed if the frame itself is refined
-  cv::Mat3b small;     // at working resolution (edge_refinement.h), like all fields below
-  cv::Mat1f log_odds;  // of the map
-  bool has_map = true;
-  // From the previous frame to this one, grown (vision/features/flow_growth.h); empty: not linked.
-  FlowPair flow;
-  ReturnErrors errors;     // of `flow`
+// The flow is grown (vision/features/flow_growth.h).
+struct WindowFrame : LinkFrame {
+  cv::Mat3b full;          // B G R, full resolution; needed if the frame itself is refined
   bool is_linked = false;  // LinkFrames has processed the frame
 };
 

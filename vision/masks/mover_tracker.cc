@@ -86,6 +86,17 @@ MoverMotion MotionIn(const cv::Mat1b& region, const cv::Mat& flow, const cv::Mat
 
 }  // namespace
 
+void DropGlimpses(const std::vector<uint16_t>& first_seen, const cv::Mat1w& next,
+                  cv::Mat1w& numbers) {
+  for (const uint16_t number : first_seen) {
+    if (cv::countNonZero(next == number) > 0) continue;
+    const cv::Mat1b place = numbers == number;
+    if (2 * cv::countNonZero(place & (next != 0)) < cv::countNonZero(place)) {
+      numbers.setTo(0, place);
+    }
+  }
+}
+
 struct MoverTracker::Scene {
   double step_seconds = 0.0;  // since the frame before; 0: none
   AssignmentPictures pictures;
@@ -96,20 +107,16 @@ struct MoverTracker::Scene {
 cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
                             const cv::Mat1b& mask) {
   Scene scene;
-  scene.pictures.now = frames[now].image;
+  scene.pictures.now = frames[now];
   scene.pictures.mask = mask;
   scene.links = LinksFrom(frames, now, kLookSeconds);
   scene.cells = FollowCells(mask, scene.links);
   cv::Mat1w numbers = cv::Mat1w::zeros(mask.size());
   if (now > 0 && !frames[now].flow.forward.empty() && last_.size() == mask.size()) {
     scene.step_seconds = frames[now].time_seconds - frames[now - 1].time_seconds;
-    scene.pictures.before = frames[now - 1].image;
-    scene.pictures.from_before = frames[now].flow;
-    scene.pictures.before_errors = frames[now].errors;
+    scene.pictures.before = frames[now - 1];
     if (now + 1 < frames.size() && !frames[now + 1].flow.forward.empty()) {
-      scene.pictures.after = frames[now + 1].image;
-      scene.pictures.to_after = frames[now + 1].flow;
-      scene.pictures.after_errors = frames[now + 1].errors;
+      scene.pictures.after = frames[now + 1];
     }
     numbers = AssignKnown(scene);
   }
@@ -122,13 +129,13 @@ cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
 }
 
 cv::Mat1w MoverTracker::AssignKnown(const Scene& scene) const {
-  const FlowPair& flow = scene.pictures.from_before;
-  const cv::Mat1f agreement = AgreementOf(scene.pictures.before_errors.forward, 1.0);
+  const TrackedFrame& now = scene.pictures.now;
+  const cv::Mat1f agreement = AgreementOf(now.errors.forward, 1.0);
   std::vector<KnownMover> known;
   for (const auto& [number, count] : CountNumbers(last_, last_ != 0)) {
     const Mover& mover = movers_.at(number);
     size_t places = 0;
-    MoverMotion motion = MotionIn(last_ == number, flow.forward, agreement, &places);
+    MoverMotion motion = MotionIn(last_ == number, now.flow.forward, agreement, &places);
     if (places < kLeastPlaces) {
       motion = MoverMotion{mover.centre, mover.speed * scene.step_seconds, cv::Matx22d::zeros()};
     }
@@ -142,13 +149,11 @@ cv::Mat1w MoverTracker::AssignKnown(const Scene& scene) const {
 std::optional<std::pair<double, uint16_t>> MoverTracker::NearestMotion(
     const Scene& scene, const cv::Mat1b& piece, const std::map<uint16_t, int>& among,
     const cv::Mat1w& numbers) {
-  const CellsByNumber cells = CellsOf(scene.cells, numbers);
   const std::vector<int> own = CellsIn(scene.cells, piece);
   std::optional<std::pair<double, uint16_t>> nearest;
   for (const auto& [number, count] : among) {
-    const auto others = cells.find(number);
-    if (others == cells.end()) continue;
-    const std::optional<double> distance = MotionDistance(scene.cells, own, others->second, kJoins);
+    const std::vector<int> others = CellsIn(scene.cells, numbers == number);
+    const std::optional<double> distance = MotionDistance(scene.cells, own, others, kJoins);
     if (distance && (!nearest || *distance < nearest->first)) nearest = {*distance, number};
   }
   return nearest;
@@ -261,7 +266,7 @@ MoverTracker::Mover MoverTracker::Describe(const Scene& scene, const cv::Mat1b& 
       if (region(y, x) == 0) continue;
       ++pixels;
       mover.centre += cv::Point2d(x, y);
-      ++mover.colours[ColourOf(scene.pictures.now(y, x))];
+      ++mover.colours[ColourOf(scene.pictures.now.image(y, x))];
     }
   }
   mover.centre /= std::max(pixels, 1.0);

@@ -35,13 +35,18 @@ namespace egosieve::vision {
 inline constexpr int kMinMoverPixels = 24;  // at working resolution
 inline constexpr double kLookSeconds = 0.5;
 
-// All frames have the same working resolution.
-struct TrackedFrame {
-  double time_seconds = 0.0;
-  cv::Mat3b image;
-  FlowPair flow;        // from the previous frame to this one; empty: none
-  ReturnErrors errors;  // ReturnErrorsOf(flow)
-};
+// Removes movers that a single frame shows.
+//
+//   glimpse   a mover that is first seen in a frame and not in the next one, at most
+//             kGlimpseSeconds later, where less than half of its place belongs to others      (MG1)
+//
+// So a glimpse is an error of the map: what moves is in view for twice as long. A view of 70
+// degrees is 7 m wide at a distance of 5 m, which a car of 4 m crosses in 0.5 s at 22 m/s.
+//
+// first_seen: numbers first seen in the frame of `numbers`; next: the numbers of the next frame.
+inline constexpr double kGlimpseSeconds = 0.25;
+void DropGlimpses(const std::vector<uint16_t>& first_seen, const cv::Mat1w& next,
+                  cv::Mat1w& numbers);
 
 class MoverTracker {
  public:

@@ -55,15 +55,6 @@ MovingCells FollowCells(const cv::Mat1b& mask, const std::vector<FlowPair>& link
   return found;
 }
 
-CellsByNumber CellsOf(const MovingCells& cells, const cv::Mat1w& numbers) {
-  CellsByNumber found;
-  for (size_t i = 0; i < cells.places.size(); ++i) {
-    const uint16_t number = numbers(cv::Point(cells.places[i]));
-    if (number != 0) found[number].push_back(static_cast<int>(i));
-  }
-  return found;
-}
-
 std::vector<int> CellsIn(const MovingCells& cells, const cv::Mat1b& region) {
   std::vector<int> found;
   for (size_t i = 0; i < cells.places.size(); ++i) {

@@ -9,7 +9,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -33,10 +32,6 @@ struct MovingCells {
 // links: forward and backward flow from the mask's frame to the next one, from there to the one
 // after, and so on. For the past, the links go from frame to frame backwards in time.
 MovingCells FollowCells(const cv::Mat1b& mask, const std::vector<FlowPair>& links);
-
-// Indices of the cells whose places lie in each number's pixels; none for number 0.
-using CellsByNumber = std::map<uint16_t, std::vector<int>>;
-CellsByNumber CellsOf(const MovingCells& cells, const cv::Mat1w& numbers);
 
 // Indices of the cells whose places lie where `region` is not 0.
 std::vector<int> CellsIn(const MovingCells& cells, const cv::Mat1b& region);

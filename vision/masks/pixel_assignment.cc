@@ -110,15 +110,16 @@ cv::Mat1f CostsOf(const AssignmentPictures& pictures, const Sides& sides, const 
                   const cv::Mat1f& distance, const MoverMotion& motion,
                   const std::array<float, kMoverColours>& colour_costs) {
   const Places places = PlacesOf(area, motion);
-  const cv::Mat3b now = pictures.now(area);
-  cv::Mat1f difference = PictureDifference(now, pictures.before, places.before);
+  const cv::Mat3b now = pictures.now.image(area);
+  cv::Mat1f difference = PictureDifference(now, pictures.before.image, places.before);
   cv::Mat1f sum = cv::Mat1f::zeros(area.size()), weight = cv::Mat1f::zeros(area.size());
-  AddMotion(area, places.before, pictures.from_before.backward, sides.before, kPixels, sum, weight);
-  if (!pictures.after.empty()) {
-    difference = cv::min(difference, PictureDifference(now, pictures.after, places.after));
+  AddMotion(area, places.before, pictures.now.flow.backward, sides.before, kPixels, sum, weight);
+  const TrackedFrame& after = pictures.after;
+  if (!after.image.empty()) {
+    difference = cv::min(difference, PictureDifference(now, after.image, places.after));
     // A mover's speed may change a little from one step to the next.
     const double pixels = kPixels + 0.1 * cv::norm(motion.shift);
-    AddMotion(area, places.after, pictures.to_after.forward, sides.after, pixels, sum, weight);
+    AddMotion(area, places.after, after.flow.forward, sides.after, pixels, sum, weight);
   }
   cv::Mat1f away;
   cv::remap(distance, away, places.before, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
@@ -146,8 +147,10 @@ cv::Mat1w AssignPixels(const AssignmentPictures& pictures, const cv::Mat1w& last
                        const std::vector<KnownMover>& movers) {
   const cv::Size size = pictures.mask.size();
   cv::Mat1w numbers = cv::Mat1w::zeros(size);
-  Sides sides{AgreementOf(pictures.before_errors.backward, 1.0), {}};
-  if (!pictures.after.empty()) sides.after = AgreementOf(pictures.after_errors.forward, 1.0);
+  Sides sides{AgreementOf(pictures.now.errors.backward, 1.0), {}};
+  if (!pictures.after.image.empty()) {
+    sides.after = AgreementOf(pictures.after.errors.forward, 1.0);
+  }
   cv::Mat1f inside, count;
   cv::Mat1b(pictures.mask != 0).convertTo(inside, CV_32F, 1.0 / 255.0);
   cv::boxFilter(inside, count, -1, {kSide, kSide}, {-1, -1}, false, cv::BORDER_CONSTANT);

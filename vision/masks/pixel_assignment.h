@@ -42,10 +42,7 @@ double ColourDistance(const ColourShares& a, const ColourShares& b);
 
 // All of one size.
 struct AssignmentPictures {
-  cv::Mat3b before, now, after;              // after: may be empty
-  FlowPair from_before;                      // from before to now
-  FlowPair to_after;                         // empty where after is
-  ReturnErrors before_errors, after_errors;  // of these two
+  TrackedFrame before, now, after;  // after: may be empty
   cv::Mat1b mask;
 };
 

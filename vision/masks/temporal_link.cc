@@ -23,7 +23,7 @@ Sums OwnSums(const LinkFrame& frame) {
 
 // (from + returned)^2; `back` is sampled where `from` leads.
 cv::Mat1f ReturnError(const cv::Mat& from, const cv::Mat& back) {
-  const cv::Mat returned = WarpByFlow(back, from, cv::INTER_LINEAR);
+  const cv::Mat returned = WarpByFlow(back, from);
   cv::Mat1f errors(from.size());
   for (int y = 0; y < from.rows; ++y) {
     const cv::Vec2f* there = from.ptr<cv::Vec2f>(y);
@@ -44,7 +44,7 @@ void TakeOver(const Sums& neighbour, const cv::Mat& flow, const cv::Mat1f& error
   cv::Mat2f neighbours;
   cv::merge(std::array<cv::Mat, 2>{neighbour.weighted, neighbour.weight}, neighbours);
   std::array<cv::Mat, 2> seen;
-  cv::split(WarpByFlow(neighbours, flow, cv::INTER_LINEAR), seen);
+  cv::split(WarpByFlow(neighbours, flow), seen);
   cv::Mat1f factor = AgreementOf(errors, kTolerancePixels);
   factor *= std::exp(-std::abs(seconds) / options.memory_seconds);
   sums.weighted += factor.mul(seen[0]);
@@ -79,19 +79,6 @@ std::vector<Sums> GatherFuture(const std::vector<LinkFrame>& frames,
 }
 
 }  // namespace
-
-cv::Mat WarpByFlow(const cv::Mat& values, const cv::Mat& flow, int interpolation) {
-  cv::Mat2f places(flow.size());
-  for (int y = 0; y < flow.rows; ++y) {
-    const cv::Vec2f* in = flow.ptr<cv::Vec2f>(y);
-    for (int x = 0; x < flow.cols; ++x) {
-      places(y, x) = {static_cast<float>(x) + in[x][0], static_cast<float>(y) + in[x][1]};
-    }
-  }
-  cv::Mat warped;
-  cv::remap(values, warped, places, cv::noArray(), interpolation, cv::BORDER_REPLICATE);
-  return warped;
-}
 
 cv::Mat1f AgreementOf(const cv::Mat1f& errors, double tolerance_pixels) {
   const auto scale = static_cast<float>(-0.5 / (tolerance_pixels * tolerance_pixels));

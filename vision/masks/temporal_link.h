@@ -33,13 +33,19 @@ struct ReturnErrors {
   cv::Mat1f forward, backward;  // pixels^2
 };
 
-struct LinkFrame {
+// A picture of a sequence of one size, at working resolution (edge_refinement.h).
+struct TrackedFrame {
   double time_seconds = 0.0;
-  cv::Mat1f log_odds;
-  bool has_map = true;
-  // Flow between the previous frame (first) and this one (second); empty: nothing is taken over.
+  cv::Mat3b image;
+  // Between the previous frame (first) and this one (second); empty: nothing leads from there.
   FlowPair flow;
   ReturnErrors errors;  // ReturnErrorsOf(flow)
+};
+
+// The picture itself is not read by the link.
+struct LinkFrame : TrackedFrame {
+  cv::Mat1f log_odds;  // of the map
+  bool has_map = true;
 };
 
 // Empty where the flow is empty.
@@ -47,9 +53,6 @@ ReturnErrors ReturnErrorsOf(const FlowPair& flow);
 
 // k above, from squared errors of ReturnErrors.
 cv::Mat1f AgreementOf(const cv::Mat1f& errors, double tolerance_pixels);
-
-// Samples values at x + flow(x); outside the image, at the nearest border pixel.
-cv::Mat WarpByFlow(const cv::Mat& values, const cv::Mat& flow, int interpolation);
 
 // Returns linked_t of each frame. The frames must have one size and be in the order of time.
 std::vector<cv::Mat1f> LinkMaps(const std::vector<LinkFrame>& frames,

@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "vision/features/corner_detector.h"
-#include "vision/features/spread.h"
 
 namespace egosieve::vision {
 namespace {
@@ -21,27 +20,14 @@ constexpr float kCornerSize = 8.0F;  // pixels, the diameter used to describe co
 constexpr int kCornerOctave = 1 + (1 << 8);
 constexpr int kCellPixels = 24;  // of the grid by which features are spread
 
-std::vector<cv::KeyPoint> Thin(const std::vector<cv::KeyPoint>& key_points, cv::Size size,
-                               int64_t count) {
-  std::vector<cv::Point2f> positions;
-  std::vector<float> responses;
-  for (const cv::KeyPoint& key_point : key_points) {
-    positions.push_back(key_point.pt);
-    responses.push_back(key_point.response);
-  }
-  std::vector<cv::KeyPoint> kept;
-  for (const int64_t i : SpreadOverGrid(positions, responses, size, kCellPixels, count)) {
-    kept.push_back(key_points[i]);
-  }
-  return kept;
-}
-
 std::vector<cv::KeyPoint> CornersAsKeyPoints(const cv::Mat& grey) {
-  std::vector<cv::KeyPoint> key_points;
-  for (const Corner& corner : DetectCorners(grey, kCornerThreshold, kCornerBorder)) {
-    key_points.emplace_back(corner.position, kCornerSize, 0.0F, corner.response, kCornerOctave);
+  std::vector<cv::KeyPoint> corners = DetectCorners(grey, kCornerThreshold, kCornerBorder);
+  for (cv::KeyPoint& corner : corners) {
+    corner.size = kCornerSize;
+    corner.angle = 0.0F;
+    corner.octave = kCornerOctave;
   }
-  return key_points;
+  return corners;
 }
 
 }  // namespace
@@ -60,8 +46,9 @@ absl::StatusOr<FeatureSet> ExtractFeatures(const cv::Mat& grey) {
     const int64_t share = std::llround(kKeyPointShare * static_cast<double>(count));
     const int64_t corner_count =
         std::min<int64_t>(static_cast<int64_t>(corners.size()), count - share);
-    key_points = Thin(key_points, grey.size(), count - corner_count);
-    corners = Thin(corners, grey.size(), count - static_cast<int64_t>(key_points.size()));
+    key_points = SpreadOverGrid(key_points, grey.size(), kCellPixels, count - corner_count);
+    corners = SpreadOverGrid(corners, grey.size(), kCellPixels,
+                             count - static_cast<int64_t>(key_points.size()));
     features.key_point_count = static_cast<int64_t>(key_points.size());
     key_points.insert(key_points.end(), corners.begin(), corners.end());
     for (const cv::KeyPoint& place : key_points) features.positions.push_back(place.pt);

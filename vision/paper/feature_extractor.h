@@ -3,7 +3,7 @@
 //
 //   1. key points: extrema of the difference of Gaussians, orientation from gradients
 //   2. corners (corner_detector.h), upright, described at one scale
-//   3. each kind thinned to its share by spread.h; if one kind has too few, the other fills up
+//   3. each kind thinned to its share, evenly; if one kind has too few, the other fills up
 //   4. descriptors of 4 x 4 x 8 gradient histograms, by OpenCV
 //
 // Cost: 1-2 are linear in the pixels, 4 in the features.

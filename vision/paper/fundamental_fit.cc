@@ -66,7 +66,6 @@ double PointToLineDistance(const Eigen::Matrix3d& f, const PointPair& pair) {
 
 MotionModel FitFundamental(const std::vector<PointPair>& pairs, uint64_t seed) {
   MotionModel model;
-  model.pair_count = static_cast<int64_t>(pairs.size());
   Points first, second;
   for (const PointPair& p : pairs) {
     if (!std::isfinite(p.x1 + p.y1 + p.x2 + p.y2)) continue;
@@ -90,7 +89,7 @@ MotionModel FitFundamental(const std::vector<PointPair>& pairs, uint64_t seed) {
     return SampsonDistance(model.matrix, pair) < kSupportPixels;
   });
   const double support =
-      static_cast<double>(model.inlier_count) / static_cast<double>(model.pair_count);
+      static_cast<double>(model.inlier_count) / static_cast<double>(pairs.size());
   model.trusted = support >= kLeastSupport;
   if (!model.trusted) {
     model.reason = absl::StrFormat("only %.0f %% of the matches agree on one motion of the camera",

@@ -15,7 +15,7 @@
 #include "vision/paper/feature_matcher.h"
 #include "vision/paper/fundamental_fit.h"
 #include "vision/paper/neighbour_agreement.h"
-#include "vision/statistics/robust_scale.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 
@@ -108,7 +108,7 @@ absl::StatusOr<LabelledFrame> PaperLabeller::Label(
   LabelledFrame result = BeginLabels(*frame);
   const cv::Size now = frame->frame.image.size();
   if (last != nullptr && HasOtherSize(*last, *frame, result)) {
-    history_.clear();
+    // The frame is the first of its size.
   } else if (last != nullptr && IsRepeated(*last, *frame, result)) {
     // Pairs are of different pictures.
   } else if (static_cast<int>(history_.size()) < options_.frame_gap) {
@@ -118,7 +118,7 @@ absl::StatusOr<LabelledFrame> PaperLabeller::Label(
   }
   result.doubt = DoubtOf(result);
   EnlargeLabels(frame->grey.size(), now, result);
-  Push(std::move(frame));
+  Remember(std::move(frame), options_.frame_gap, history_);
   return result;
 }
 
@@ -142,26 +142,11 @@ absl::Status PaperLabeller::LabelPair(const PaperFrame& first, const PaperFrame&
   return absl::OkStatus();
 }
 
-void PaperLabeller::Push(std::shared_ptr<const PaperFrame> frame) {
-  if (!history_.empty() && SamePixels(history_.back()->frame.image, frame->frame.image)) {
-    // The repeat takes the place of the first.
-    auto repeat = std::make_shared<PaperFrame>(*frame);
-    repeat->frame.time_seconds = history_.back()->frame.time_seconds;
-    history_.back() = std::move(repeat);
-    return;
-  }
-  history_.push_back(std::move(frame));
-  if (static_cast<int>(history_.size()) > options_.frame_gap) history_.pop_front();
-}
-
 absl::Status PaperLabeller::Prime(const Frame& frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const ExtractedFrame> extracted, Extract(frame));
   EGOSIEVE_RETURN_IF_ERROR(
       CheckOrder(history_.empty() ? nullptr : history_.back().get(), *extracted));
-  if (!history_.empty() && history_.back()->frame.image.size() != frame.image.size()) {
-    history_.clear();
-  }
-  Push(std::static_pointer_cast<const PaperFrame>(extracted));
+  Remember(std::static_pointer_cast<const PaperFrame>(extracted), options_.frame_gap, history_);
   return absl::OkStatus();
 }
 

@@ -50,7 +50,6 @@ class PaperLabeller : public FrameLabeller {
 
   absl::Status LabelPair(const PaperFrame& first, const PaperFrame& second,
                          LabelledFrame& result) const;
-  void Push(std::shared_ptr<const PaperFrame> frame);
 
   FrameLabellerOptions options_;
   std::deque<std::shared_ptr<const PaperFrame>> history_;  // at most frame_gap, oldest first

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "vision/statistics/densest_window.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {
@@ -26,12 +26,10 @@ double ParallaxOf(double inverse_depth, const Eigen::Vector3d& tau) {
   return inverse_depth / std::max(1.0 + tau(2) * inverse_depth, inverse_depth / kGreatest);
 }
 
-double GroundSlopeOf(const std::vector<BelowHorizon>& places) {
+double GroundSlopeOf(const std::vector<double>& slopes) {
   std::vector<double> logs;
-  for (const BelowHorizon& place : places) {
-    if (place.inverse_depth > 0.0 && place.below > 0.0) {
-      logs.push_back(std::log(place.inverse_depth / place.below));
-    }
+  for (const double slope : slopes) {
+    if (slope > 0.0) logs.push_back(std::log(slope));
   }
   if (logs.size() < kFewestPlaces) return 0.0;
   std::sort(logs.begin(), logs.end());

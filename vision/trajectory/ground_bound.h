@@ -21,19 +21,13 @@
 
 namespace egosieve::vision {
 
-// A point below the horizon.
-struct BelowHorizon {
-  double inverse_depth = 0.0;  // r
-  double below = 0.0;          // p_y - tau_y / tau_z, rays
-};
-
 // The exact inverse depth of a point with |d| / |e| = `parallax`, and the inverse function; at most
 // 1e3.
 double InverseDepthOf(double parallax, const Eigen::Vector3d& tau);
 double ParallaxOf(double inverse_depth, const Eigen::Vector3d& tau);
 
-// g; 0 where too few points agree. Inverse depths must not be negative.
-double GroundSlopeOf(const std::vector<BelowHorizon>& places);
+// g, from r / (p_y - tau_y / tau_z) of points below the horizon; 0 where too few agree.
+double GroundSlopeOf(const std::vector<double>& slopes);
 
 // kGroundShare g, for |t| in heights of the camera.
 double SlopeOfBound(double heights);

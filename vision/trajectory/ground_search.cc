@@ -14,7 +14,7 @@
 #include "vision/frame/ignored_area.h"
 #include "vision/image/bilinear.h"
 #include "vision/image/cell_grid.h"
-#include "vision/statistics/robust_scale.h"
+#include "vision/statistics/order_statistics.h"
 #include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {

@@ -49,31 +49,20 @@ double LogScatteredStatic(const Terms<1>& terms, const State& state, double leas
 
 }  // namespace
 
-TwoViewMotion Inverse(const TwoViewMotion& motion) {
-  TwoViewMotion inverse = motion;
-  inverse.rotation = motion.rotation.transpose();
-  inverse.translation = -(inverse.rotation * motion.translation);
-  return inverse;
-}
-
-RelativePose PoseOf(const TwoViewMotion& motion) {
-  return {motion.rotation, motion.translation, motion.noise_pixels};
-}
-
 void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoViewMotion& motion) {
   motion.ground_heights = 0.0;
   if (!motion.HasParallax()) return;
   const PreparedState state(StateOf(motion));
-  std::vector<BelowHorizon> places;
+  std::vector<double> slopes;
   for (const PointPair& pair : pairs) {
     const RayPairs<1> rays = RaysOf(camera, pair);
     const double below = Below(rays.P(0), motion.travel.value_or(state.tau));
     if (!(below > 0.0)) continue;
     const Terms<1> terms = TermsOf(rays, state);
     if (terms.log_static(0) < terms.log_moving(0) || terms.s(0) < kShowing * state.noise) continue;
-    places.push_back({InverseDepthOf(terms.s(0) / terms.length(0), state.tau), below});
+    slopes.push_back(InverseDepthOf(terms.s(0) / terms.length(0), state.tau) / below);
   }
-  motion.ground_heights = GroundSlopeOf(places);
+  motion.ground_heights = GroundSlopeOf(slopes);
 }
 
 PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,

@@ -11,7 +11,6 @@
 
 #include "kernels/base/parallel_for.h"
 #include "vision/statistics/order_statistics.h"
-#include "vision/statistics/robust_scale.h"
 #include "vision/trajectory/two_view_terms.h"
 
 namespace egosieve::vision {

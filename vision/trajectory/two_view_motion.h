@@ -70,17 +70,15 @@ struct TwoViewMotionOptions {
   double memory = 0.97;  // h of (TV7), in [0, 1)
 };
 
-struct TwoViewMotion {
-  bool found = false;  // false: too few pairs, the other fields are not valid
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R
-  Eigen::Vector3d translation = Eigen::Vector3d::UnitZ();  // t / |t|
-  double mean_parallax = 0.0;                              // m, mean inverse depth times |t|; rays
-  double noise = 0.0;                                      // sigma, rays
-  double static_share = 0.0;                               // pi
-  double moving_scale = 0.0;                               // S, rays
-  double log_likelihood = 0.0;                             // (TV6), densities per square pixel
-  double noise_pixels = 0.0;                               // sigma
-  double parallax_pixels = 0.0;                            // median of s over the static points
+// The pose's translation means something where HasParallax(); its noise_pixels is sigma.
+struct TwoViewMotion : RelativePose {
+  bool found = false;            // false: too few pairs, the other fields are not valid
+  double mean_parallax = 0.0;    // m, mean inverse depth times |t|; rays
+  double noise = 0.0;            // sigma, rays
+  double static_share = 0.0;     // pi
+  double moving_scale = 0.0;     // S, rays
+  double log_likelihood = 0.0;   // (TV6), densities per square pixel
+  double parallax_pixels = 0.0;  // median of s over the static points
   // See ground_bound.h: the slope of the bound, and |t| in heights of the camera; 0: not known.
   // EstimateTwoViewMotion leaves them at 0; FindGround sets the second.
   double ground_slope = 0.0, ground_heights = 0.0;
@@ -106,12 +104,6 @@ struct TwoViewMotion {
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
                                     const TwoViewMotionOptions& options,
                                     absl::Span<const float> moved = {});
-
-// The motion from the second picture to the first.
-TwoViewMotion Inverse(const TwoViewMotion& motion);
-
-// Its translation means something where HasParallax().
-RelativePose PoseOf(const TwoViewMotion& motion);
 
 // Sets ground_heights by the pairs from which the motion was estimated. Only static pairs with
 // measurable parallax are used. Sets 0 where HasParallax() is false.

@@ -25,15 +25,17 @@ EvidencePoint PointOfTrack(const Track& track, int gap) {
 // Inverse depths of the street's points are 1 / 8 to 1 / 100 metres.
 TwoViewMotion MotionBetween(const PointStreet& street, int a, int b) {
   const Eigen::Vector3d t = street.TranslationBetween(a, b);
-  return {.found = true,
-          .rotation = street.RotationBetween(a, b),
-          .translation = t.normalized(),
-          .mean_parallax = 0.07 * t.norm(),
-          .noise = kNoisePixels / street.camera().focal_pixels,
-          .static_share = 0.9,
-          .moving_scale = 0.02,
-          .noise_pixels = kNoisePixels,
-          .parallax_pixels = 5.0};
+  TwoViewMotion motion;
+  motion.found = true;
+  motion.rotation = street.RotationBetween(a, b);
+  motion.translation = t.normalized();
+  motion.mean_parallax = 0.07 * t.norm();
+  motion.noise = kNoisePixels / street.camera().focal_pixels;
+  motion.static_share = 0.9;
+  motion.moving_scale = 0.02;
+  motion.noise_pixels = kNoisePixels;
+  motion.parallax_pixels = 5.0;
+  return motion;
 }
 
 EvidenceFrame FrameOf(const PointStreet& street, int t, int start = 0) {
@@ -98,7 +100,7 @@ TEST(EvidenceAccumulator, MemoryOutlastsFramesWithoutEvidenceAndFades) {
     double sum = 0.0;
     int movers = 0;
     for (size_t i = 0; i < frame.points.size(); ++i) {
-      for (const bool present : result.points[i].present) EXPECT_FALSE(present);
+      for (const auto& ratio : result.points[i].of_pair) EXPECT_FALSE(ratio);
       if (!street.moves(frame.points[i].track_id) || !result.points[i].judged) continue;
       sum += result.points[i].probability;
       ++movers;
@@ -186,7 +188,7 @@ TEST(EvidenceAccumulator, ADroppedFrameLosesItsTracksAndNothingElse) {
   // Frames 5 to 7 never came; tracks start anew at 8, as a tracker would have it.
   const EvidenceResult first = accumulator.Add(FrameOf(street, 8, 8));
   for (const PointEvidence& point : first.points) {
-    for (const bool present : point.present) EXPECT_FALSE(present);
+    for (const auto& ratio : point.of_pair) EXPECT_FALSE(ratio);
   }
   accumulator.Add(FrameOf(street, 9, 8));
   const EvidenceResult third = accumulator.Add(FrameOf(street, 10, 8));

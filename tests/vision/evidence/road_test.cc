@@ -92,7 +92,7 @@ double MeanOf(const View& view, const EvidenceResult& result, What what, const V
 
 double MeanRoadRatioAhead(const View& view, const EvidenceResult& result, What what) {
   return MeanOf(view, result, what, [](const PointEvidence& point) {
-    return point.views_road_log_ratio.value_or(0.0);
+    return point.of_views[static_cast<int>(EvidenceTerm::kRoad)].value_or(0.0);
   });
 }
 
@@ -119,7 +119,8 @@ TEST(RoadAhead, APairAheadNeedsAGroundThatIsKnown) {
   const View view = MakeView(0.05);
   EvidenceAccumulator accumulator;
   const EvidenceResult result = accumulator.Add(FrameBeforeRoadView(view, 0.0));
-  for (const PointEvidence& point : result.points) EXPECT_FALSE(point.views_road_log_ratio);
+  for (const PointEvidence& point : result.points)
+    EXPECT_FALSE(point.of_views[static_cast<int>(EvidenceTerm::kRoad)]);
 }
 
 // Where the camera moves to is its horizon only if it keeps its direction of travel.
@@ -129,7 +130,8 @@ TEST(RoadAhead, AHandHeldCameraHasNoKnownGround) {
   frame.views[0].motion.travel.reset();
   EvidenceAccumulator accumulator;
   const EvidenceResult result = accumulator.Add(frame);
-  for (const PointEvidence& point : result.points) EXPECT_FALSE(point.views_road_log_ratio);
+  for (const PointEvidence& point : result.points)
+    EXPECT_FALSE(point.of_views[static_cast<int>(EvidenceTerm::kRoad)]);
 }
 
 // Flow stays at nought on a blank road, which shows no plane then.
@@ -150,16 +152,17 @@ TEST(RoadAhead, AKnownGroundReplacesARoadThatFlowDoesNotShow) {
 
 EvidenceFrame FrameAfterRoadView(const View& view) {
   EvidenceFrame frame{.index = 1, .size = kImage, .camera = view.camera};
-  frame.world = TwoViewMotion{.found = true,
-                              .translation = -Eigen::Vector3d::UnitZ(),
-                              .mean_parallax = 0.05,
-                              .noise = 0.1 / view.camera.focal_pixels,
-                              .static_share = 0.9,
-                              .moving_scale = 0.02,
-                              .noise_pixels = 0.1,
-                              .parallax_pixels = 3.0,
-                              .ground_heights = kTravel / kHeight,
-                              .travel = -Eigen::Vector3d::UnitZ()};
+  TwoViewMotion& world = frame.world.emplace();
+  world.found = true;
+  world.translation = -Eigen::Vector3d::UnitZ();
+  world.mean_parallax = 0.05;
+  world.noise = 0.1 / view.camera.focal_pixels;
+  world.static_share = 0.9;
+  world.moving_scale = 0.02;
+  world.noise_pixels = 0.1;
+  world.parallax_pixels = 3.0;
+  world.ground_heights = kTravel / kHeight;
+  world.travel = -Eigen::Vector3d::UnitZ();
   for (const PointPair& pair : view.pairs) {
     EvidencePoint& point = frame.points.emplace_back();
     point.now = {static_cast<float>(pair.x2), static_cast<float>(pair.y2)};
@@ -171,7 +174,7 @@ EvidenceFrame FrameAfterRoadView(const View& view) {
 
 bool SaysOfTheRoad(const EvidenceResult& result) {
   for (const PointEvidence& point : result.points) {
-    if (point.present[static_cast<int>(EvidenceTerm::kRoad)]) return true;
+    if (point.of_pair[static_cast<int>(EvidenceTerm::kRoad)]) return true;
   }
   return false;
 }

@@ -11,7 +11,6 @@
 #include "vision/features/corner_tracks.h"
 #include "vision/features/flow_grid.h"
 #include "vision/features/flow_growth.h"
-#include "vision/features/spread.h"
 
 namespace egosieve::vision {
 namespace {
@@ -20,12 +19,12 @@ using testing::TexturedImage;
 TEST(DetectCorners, FindsTheCornersOfARectangleToAPixel) {
   cv::Mat image(80, 100, CV_8U, cv::Scalar(40));
   image(cv::Rect(30, 20, 40, 35)).setTo(200);
-  const std::vector<Corner> corners = DetectCorners(image, 1e-4F, 3);
+  const std::vector<cv::KeyPoint> corners = DetectCorners(image, 1e-4F, 3);
   ASSERT_EQ(corners.size(), 4u);
   for (const cv::Point2f expected :
        {cv::Point2f(30, 20), cv::Point2f(69, 20), cv::Point2f(30, 54), cv::Point2f(69, 54)}) {
-    EXPECT_TRUE(std::any_of(corners.begin(), corners.end(), [&](const Corner& corner) {
-      return std::hypot(corner.position.x - expected.x, corner.position.y - expected.y) < 1.5;
+    EXPECT_TRUE(std::any_of(corners.begin(), corners.end(), [&](const cv::KeyPoint& corner) {
+      return std::hypot(corner.pt.x - expected.x, corner.pt.y - expected.y) < 1.5;
     })) << expected;
   }
 }
@@ -36,23 +35,19 @@ TEST(DetectCorners, NothingInFlatOrTinyImages) {
 }
 
 TEST(SpreadOverGrid, TakesTheStrongestOfEachCellFirst) {
-  std::vector<cv::Point2f> positions;
-  std::vector<float> responses;
-  for (int i = 0; i < 100; ++i) {  // a crowd of strong ones in one corner
-    positions.emplace_back(0.1F * i, 5.0F);
-    responses.push_back(100.0F + i);
+  std::vector<cv::KeyPoint> features;  // with their indices as classes
+  for (int i = 0; i < 100; ++i) {      // a crowd of strong ones in one corner
+    features.emplace_back(0.1F * i, 5.0F, 1.0F, 0.0F, 100.0F + i, 0, i);
   }
   for (int cell = 1; cell < 10; ++cell) {  // one weak one in each other cell
-    positions.emplace_back(20.0F * cell + 10.0F, 10.0F);
-    responses.push_back(1.0F);
+    features.emplace_back(20.0F * cell + 10.0F, 10.0F, 1.0F, 0.0F, 1.0F, 0, 99 + cell);
   }
-  const auto chosen = SpreadOverGrid(positions, responses, cv::Size(200, 20), 20, 10);
+  const auto chosen = SpreadOverGrid(features, cv::Size(200, 20), 20, 10);
   ASSERT_EQ(chosen.size(), 10u);
-  EXPECT_TRUE(std::is_sorted(chosen.begin(), chosen.end()));
-  EXPECT_EQ(chosen[0], 99) << "the strongest of the crowd";
-  for (int cell = 1; cell < 10; ++cell) EXPECT_EQ(chosen[cell], 99 + cell);
-  EXPECT_EQ(SpreadOverGrid(positions, responses, cv::Size(200, 20), 20, 1000).size(), 109u);
-  EXPECT_TRUE(SpreadOverGrid({}, {}, cv::Size(200, 20), 20, 5).empty());
+  EXPECT_EQ(chosen[0].class_id, 99) << "the strongest of the crowd";
+  for (int cell = 1; cell < 10; ++cell) EXPECT_EQ(chosen[cell].class_id, 99 + cell);
+  EXPECT_EQ(SpreadOverGrid(features, cv::Size(200, 20), 20, 1000).size(), 109u);
+  EXPECT_TRUE(SpreadOverGrid({}, cv::Size(200, 20), 20, 5).empty());
 }
 
 constexpr int kWidth = 320, kHeight = 240, kPictures = 6;
@@ -138,8 +133,7 @@ TEST(TrackGrid, RecoversAShiftToAFractionOfAPixelFromEitherSide) {
   const auto flow = Value(ComputeFlow(first, second, FlowQuality::kFast));
   for (const bool anchor_second : {false, true}) {
     const TrackedGrid grid = TrackGrid(flow, first, second, anchor_second, {});
-    EXPECT_EQ(grid.point_count, 64 * 40);
-    EXPECT_GT(grid.agreeing_count, 0.85 * grid.point_count);
+    EXPECT_GT(grid.AgreeingCount(), 0.85 * 64 * 40);
     ASSERT_EQ(grid.pairs.size(), grid.is_textured.size());
     int near = 0;
     for (const PointPair& pair : grid.pairs) {
@@ -163,16 +157,15 @@ TEST(TrackGrid, DropsWhatThePicturesContradict) {
     inside += pair.x2 > 130 && pair.x2 < 190 && pair.y2 > 70 && pair.y2 < 130;
   }
   EXPECT_LT(inside, 12 * 12 / 2) << "of 144 grid points inside";
-  EXPECT_GT(grid.agreeing_count, grid.point_count / 2);
+  EXPECT_GT(grid.AgreeingCount(), 64 * 40 / 2);
 }
 
 TEST(TrackGrid, BlankPicturesAreNotTextured) {
   const cv::Mat blank(120, 160, CV_8U, cv::Scalar(128));
   const auto flow = Value(ComputeFlow(blank, blank, FlowQuality::kUltrafast));
   const TrackedGrid grid = TrackGrid(flow, blank, blank, true, {});
-  EXPECT_EQ(grid.textured_count, 0);
-  EXPECT_EQ(grid.agreeing_count, 0);
-  EXPECT_GT(grid.point_count, 0);
+  EXPECT_TRUE(grid.textured.empty());
+  EXPECT_FALSE(grid.pairs.empty());
 }
 
 TEST(ComputeFlow, WrongImagesAreErrors) {

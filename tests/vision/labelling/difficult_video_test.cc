@@ -131,7 +131,7 @@ TEST_F(DifficultVideo, LensCapForThreeFrames) {
   for (int t = 1; t < static_cast<int>(frames.size()); ++t) {
     const bool pair_is_seen = !is_capped(t) && !is_capped(t - 1);
     EXPECT_EQ(frames[t].outcome == LabelOutcome::kLabelled, pair_is_seen)
-        << t << ": " << Name(frames[t].outcome) << " " << frames[t].reason;
+        << t << ": " << static_cast<int>(frames[t].outcome) << " " << frames[t].reason;
   }
 }
 
@@ -286,7 +286,7 @@ TEST(Stress, GivesADefinedOutcomeAndTheDriveGoesOn) {
       ExpectWellFormed(labelled);
       if (!options.is_paper || labelled.outcome != LabelOutcome::kTooFewFeatures) {
         EXPECT_THAT(stress.allowed, ::testing::Contains(labelled.outcome))
-            << Name(labelled.outcome) << ": " << labelled.reason;
+            << static_cast<int>(labelled.outcome) << ": " << labelled.reason;
       }
     }
   }

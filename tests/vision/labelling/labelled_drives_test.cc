@@ -162,8 +162,8 @@ TEST(ReducedLabels, PlacesAreThoseOfTheWholePicture) {
   EXPECT_EQ(reduced, cv::Size(640, 194));
   LabelledFrame labels{.positions = {0.0, 100.0, 639.0, 100.0},
                        .other_positions = {0.0, 100.0, 639.0, 100.0},
-                       .probability = {0.0, 0.0},
-                       .noise_pixels = 1.0};
+                       .probability = {0.0, 0.0}};
+  labels.noise_pixels = 1.0;
   EnlargeLabels(reduced, full, labels);
   // The middle of the first pixel, and that of the last.
   EXPECT_NEAR(labels.positions[0], 0.5 * 1241 / 640 - 0.5, 1e-9);

@@ -190,7 +190,7 @@ TrackedPoint At(float x, float y) {
 PointEvidence Judged(double probability) { return {.probability = probability, .judged = true}; }
 
 TEST(MoverMemory, GoesWithTheLinks) {
-  MoverMemory memory(kStride);
+  MoverMemory memory;
   EXPECT_TRUE(memory.CarriedBy({{2, 2, 7, 2}}, kImage).empty());
   EvidenceResult evidence{.points = {Judged(0.9), Judged(0.2), PointEvidence(), Judged(0.8)}};
   evidence.points[3].judged = false;
@@ -216,7 +216,7 @@ TEST(MoverMemory, GoesWithTheLinks) {
 // Three pixels to the right of a row's last node nothing is read of the next row.
 TEST(MoverMemory, TheNearestNodeOfABorderIsInItsRow) {
   const cv::Size wide(52, 30);  // 10 x 6 nodes as well
-  MoverMemory memory(kStride);
+  MoverMemory memory;
   memory.Remember({At(2, 7), At(47, 27)}, {.points = {Judged(0.9), Judged(0.7)}}, wide);
   EXPECT_EQ(memory.At(memory.nodes(), {50.0f, 2.0f}, wide), 0.0f);
   EXPECT_FLOAT_EQ(memory.At(memory.nodes(), {50.0f, 29.0f}, wide), 0.7f);
@@ -287,13 +287,14 @@ TEST(LinesAlongTravel, NoneAboveTheHorizon) {
 // The camera moves ahead by a tenth of its height above the ground.
 TEST(SeemsNoNearerThanGround, TellsTheGroundFromWhatStandsOnIt) {
   const Pinhole camera = Camera();
-  TwoViewMotion motion{.found = true,
-                       .translation = -kAhead,
-                       .mean_parallax = 0.05,
-                       .noise = 0.5 / camera.focal_pixels,
-                       .static_share = 0.9,
-                       .moving_scale = 10.0 / camera.focal_pixels,
-                       .noise_pixels = 0.5};
+  TwoViewMotion motion;
+  motion.found = true;
+  motion.translation = -kAhead;
+  motion.mean_parallax = 0.05;
+  motion.noise = 0.5 / camera.focal_pixels;
+  motion.static_share = 0.9;
+  motion.moving_scale = 10.0 / camera.focal_pixels;
+  motion.noise_pixels = 0.5;
   const auto seen = [&](double share_of_ground) {
     const cv::Point2f now(100.0F, 140.0F);
     const Eigen::Vector3d ray = camera.Ray(now.x, now.y);

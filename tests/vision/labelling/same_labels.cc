@@ -17,7 +17,7 @@ void ExpectWellFormed(const LabelledFrame& frame) {
                 frame.positions[2 * i + 1] <= frame.labelled.image.rows - 1);
   }
   if (frame.outcome == LabelOutcome::kLabelled) {
-    EXPECT_TRUE(frame.motion_trusted);
+    EXPECT_GT(frame.noise_pixels, 0.0) << "of a motion that is trusted";
     EXPECT_TRUE(frame.reason.empty());
   } else {
     EXPECT_EQ(frame.size(), 0);

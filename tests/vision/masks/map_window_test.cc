@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "gtest/gtest.h"
-#include "vision/masks/glimpses.h"
 #include "vision/masks/motion_split.h"
 #include "vision/masks/mover_motion.h"
+#include "vision/masks/mover_tracker.h"
 #include "vision/masks/moving_cells.h"
 
 namespace egosieve::vision {

@@ -223,11 +223,10 @@ double ShareRight(const cv::Mat1w& numbers, const cv::Mat1w& truth) {
 
 TEST(AssignPixels, PicturesTellWhoseAPixelIsWhereFlowSaysNothing) {
   cv::Mat1w last, truth, later;
-  AssignmentPictures pictures{.before = PictureAt(0, &last),
-                              .now = PictureAt(1, &truth),
-                              .from_before = NoFlow(),
-                              .before_errors = ReturnErrorsOf(NoFlow()),
-                              .mask = truth != 0};
+  AssignmentPictures pictures{
+      .before = {.image = PictureAt(0, &last)},
+      .now = {0.0, PictureAt(1, &truth), NoFlow(), ReturnErrorsOf(NoFlow())},
+      .mask = truth != 0};
   const ColourShares colours = {};
   const std::vector<KnownMover> movers = {Moving(1, kBackStep, colours),
                                           Moving(2, kFrontStep, colours)};
@@ -235,9 +234,7 @@ TEST(AssignPixels, PicturesTellWhoseAPixelIsWhereFlowSaysNothing) {
   // after does. They are 12 x 25 of the 2,170 pixels.
   const double without = ShareRight(AssignPixels(pictures, last, movers), truth);
   EXPECT_GT(without, 0.8);
-  pictures.after = PictureAt(2, &later);
-  pictures.to_after = NoFlow();
-  pictures.after_errors = ReturnErrorsOf(NoFlow());
+  pictures.after = {0.0, PictureAt(2, &later), NoFlow(), ReturnErrorsOf(NoFlow())};
   const double with = ShareRight(AssignPixels(pictures, last, movers), truth);
   EXPECT_GT(with, 0.95);
   EXPECT_GT(with, without);
@@ -245,15 +242,16 @@ TEST(AssignPixels, PicturesTellWhoseAPixelIsWhereFlowSaysNothing) {
 
 TEST(AssignPixels, LeavesPixelsThatNoMoverExplains) {
   cv::Mat1w last, truth;
-  AssignmentPictures pictures{.before = PictureAt(0, &last), .now = PictureAt(1, &truth).clone()};
+  AssignmentPictures pictures{.before = {.image = PictureAt(0, &last)},
+                              .now = {.image = PictureAt(1, &truth).clone()}};
   // Something white with flow of its own appears 20 pixels beside the back body.
   const cv::Rect new_body(112, 20, 8, 20);
-  pictures.now(new_body) = cv::Vec3b(255, 255, 255);
-  pictures.from_before = {cv::Mat(kPicture, CV_32FC2, cv::Scalar(kBackStep, 0.0)),
-                          cv::Mat(kPicture, CV_32FC2, cv::Scalar(-kBackStep, 0.0))};
-  pictures.from_before.backward(new_body).setTo(cv::Scalar(8.0, 0.0));
-  pictures.from_before.forward.colRange(112, 120).setTo(cv::Scalar(-8.0, 0.0));
-  pictures.before_errors = ReturnErrorsOf(pictures.from_before);
+  pictures.now.image(new_body) = cv::Vec3b(255, 255, 255);
+  pictures.now.flow = {cv::Mat(kPicture, CV_32FC2, cv::Scalar(kBackStep, 0.0)),
+                       cv::Mat(kPicture, CV_32FC2, cv::Scalar(-kBackStep, 0.0))};
+  pictures.now.flow.backward(new_body).setTo(cv::Scalar(8.0, 0.0));
+  pictures.now.flow.forward.colRange(112, 120).setTo(cv::Scalar(-8.0, 0.0));
+  pictures.now.errors = ReturnErrorsOf(pictures.now.flow);
   pictures.mask = (truth != 0);
   pictures.mask(new_body) = 255;
   const ColourShares colours = {};

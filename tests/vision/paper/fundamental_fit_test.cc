@@ -94,7 +94,7 @@ TEST(FitFundamental, NoMajorityIsNotTrusted) {
   EXPECT_FALSE(model.trusted);
   EXPECT_EQ(model.reason,
             absl::StrFormat("only %.0f %% of the matches agree on one motion of the camera",
-                            100.0 * model.inlier_count / model.pair_count));
+                            100.0 * model.inlier_count / scene.pairs.size()));
 }
 
 // Hand-labelled matches of real pictures, AdelaideRMF (Wong, Chin, Yu and Suter, ICCV 2011): label 1

@@ -6,9 +6,7 @@
 #include <vector>
 
 #include "gtest/gtest.h"
-#include "vision/statistics/densest_window.h"
 #include "vision/statistics/order_statistics.h"
-#include "vision/statistics/robust_scale.h"
 
 namespace egosieve::vision {
 namespace {

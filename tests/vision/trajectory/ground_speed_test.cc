@@ -193,30 +193,27 @@ TwoViewMotion Forward(double mean_parallax, double moving_pixels) {
 }
 
 // Ground places with a little noise, and as many of a wall at one depth.
-std::vector<BelowHorizon> Places(int ground, int wall) {
+std::vector<double> Slopes(int ground, int wall) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> below(0.05, 0.5);
   std::normal_distribution<double> noise(1.0, 0.05);
-  std::vector<BelowHorizon> places;
-  for (int i = 0; i < ground; ++i) {
-    const double b = below(random);
-    places.push_back({kSlope * b * noise(random), b});
-  }
-  for (int i = 0; i < wall; ++i) places.push_back({0.4, below(random)});
-  return places;
+  std::vector<double> slopes;
+  for (int i = 0; i < ground; ++i) slopes.push_back(kSlope * noise(random));
+  for (int i = 0; i < wall; ++i) slopes.push_back(0.4 / below(random));
+  return slopes;
 }
 
 TEST(GroundBound, TheGroundIsFoundBesideAWall) {
-  const double alone = GroundSlopeOf(Places(200, 0));
+  const double alone = GroundSlopeOf(Slopes(200, 0));
   EXPECT_NEAR(alone, kSlope, 0.05 * kSlope);
-  EXPECT_NEAR(GroundSlopeOf(Places(200, 200)), alone, 0.05 * kSlope);
+  EXPECT_NEAR(GroundSlopeOf(Slopes(200, 200)), alone, 0.05 * kSlope);
 }
 
 TEST(GroundBound, WithoutAgreementNothingIsKnown) {
-  std::vector<BelowHorizon> spread;
-  for (int i = 0; i < 200; ++i) spread.push_back({1e-3 * std::pow(1.05, i), 0.1});
+  std::vector<double> spread;
+  for (int i = 0; i < 200; ++i) spread.push_back(1e-2 * std::pow(1.05, i));
   EXPECT_EQ(GroundSlopeOf(spread), 0.0);
-  EXPECT_EQ(GroundSlopeOf(Places(20, 0)), 0.0);  // too few
+  EXPECT_EQ(GroundSlopeOf(Slopes(20, 0)), 0.0);  // too few
 }
 
 TEST(GroundBound, OnlyBelowTheHorizonAndOnTheWayForward) {
