@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kSide = kFlowPatchSide;
 constexpr int kStripes = 8;
+constexpr int kStepsPerPass = 3;   // at most, of a patch
 constexpr int kCoarsestSide = 32;  // approximate longer side, pixels
 
 int LevelsOf(cv::Size size) {
@@ -45,7 +46,6 @@ class LevelSearch {
   LevelSearch(const FlowPicture& from, const FlowPicture& to, const InverseSearchOptions& options)
       : from_(from),
         to_(to),
-        most_steps_(options.most_steps),
         left_(CornersAlong(from.size().width, options.patch_stride)),
         top_(CornersAlong(from.size().height, options.patch_stride)),
         found_(static_cast<int>(top_.size()), static_cast<int>(left_.size())) {}
@@ -113,12 +113,11 @@ class LevelSearch {
       start = *neighbour;
     }
     found_(i, j) =
-        patch.Align(to_, corner + cv::Point2f(start), match, most_steps_).corner - corner;
+        patch.Align(to_, corner + cv::Point2f(start), match, kStepsPerPass).corner - corner;
   }
 
   const FlowPicture& from_;
   const FlowPicture& to_;
-  const int most_steps_;
   const std::vector<int> left_, top_;
   cv::Mat2f found_;
 };

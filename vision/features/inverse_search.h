@@ -24,7 +24,6 @@ namespace egosieve::vision {
 struct InverseSearchOptions {
   int finest_level = 1;  // of the pyramid, where level k is reduced by 2^k; not negative
   int patch_stride = 3;  // pixels from patch to patch; 1 to 8
-  int most_steps = 3;    // per patch and pass; at least 1
   int refinements = 2;   // rounds of refinement at each level; not negative
 };
 

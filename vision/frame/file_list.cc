@@ -22,6 +22,7 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 #include "vision/frame/image_decoding.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {
@@ -230,17 +231,16 @@ absl::Status CheckUnit(const std::string& path, const std::vector<double>& times
   if (times.size() < 2) return absl::OkStatus();
   std::vector<double> steps;
   for (size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
-  const auto median = steps.begin() + static_cast<int64_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), median, steps.end());
-  if (*median < kLongestStepSeconds) return absl::OkStatus();
+  const double median = MedianInPlace(steps);
+  if (median < kLongestStepSeconds) return absl::OkStatus();
   const auto [unit, per_second] =
-      *median < 1e3 * kLongestStepSeconds   ? std::pair("milliseconds", 1e3)
-      : *median < 1e6 * kLongestStepSeconds ? std::pair("microseconds", 1e6)
-                                            : std::pair("nanoseconds", 1e9);
+      median < 1e3 * kLongestStepSeconds   ? std::pair("milliseconds", 1e3)
+      : median < 1e6 * kLongestStepSeconds ? std::pair("microseconds", 1e6)
+                                           : std::pair("nanoseconds", 1e9);
   return absl::InvalidArgumentError(absl::StrFormat(
       "%s: the times are read as seconds and step by %.15g, so they seem to be %s; divide them by "
       "%.0f, or leave them out",
-      path, *median, unit, per_second));
+      path, median, unit, per_second));
 }
 
 // None of a camera: a list like TUM's depth.txt.

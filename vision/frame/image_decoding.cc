@@ -23,6 +23,7 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 #include "vision/frame/quiet_libraries.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {
@@ -225,13 +226,7 @@ std::optional<ValueRange> RangeOf(std::vector<double>& values, int depth) {
                            return std::fmod(v, 257.0) == 0.0;
                          });
   if (values.empty() || are_bytes) return std::nullopt;
-  const auto quantile = [&](double share) {
-    const auto at =
-        values.begin() + static_cast<int64_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-  };
-  const ValueRange range = {quantile(kTail), quantile(1.0 - kTail)};
+  const ValueRange range = {QuantileInPlace(values, kTail), QuantileInPlace(values, 1.0 - kTail)};
   const double scale = FullScale(depth);
   const bool fits = range.low >= 0.0 && range.high <= scale;
   if (!(range.high > range.low) || (fits && range.high - range.low >= scale / 2)) {

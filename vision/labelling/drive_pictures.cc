@@ -84,18 +84,16 @@ class PictureReader {
   bool has_ended_ = false;
 };
 
-struct ReadPair {
-  std::optional<std::array<ReadPicture, 2>> pair;  // nullopt if the pictures cannot be used
-  int64_t end = 0;                                 // index after the last frame read
-};
+using ReadPair = std::optional<std::array<ReadPicture, 2>>;
 
-absl::StatusOr<ReadPair> ReadPairAt(PictureReader& reader, int64_t index) {
-  ReadPair read;
+// Nothing if the pictures cannot be used. end: set to the index after the last frame read.
+absl::StatusOr<ReadPair> ReadPairAt(PictureReader& reader, int64_t index, int64_t& end) {
   std::optional<ReadPicture> first;
+  end = 0;
   for (int k = 0; k <= kLongestPair; ++k) {
     EGOSIEVE_ASSIGN_OR_RETURN(const ReadPicture* picture, reader.At(index + k));
     if (reader.EndsBefore(index + k)) break;
-    read.end = index + k + 1;
+    end = index + k + 1;
     if (picture == nullptr) continue;
     if (!first) {
       first = *picture;
@@ -103,10 +101,9 @@ absl::StatusOr<ReadPair> ReadPairAt(PictureReader& reader, int64_t index) {
     }
     if (picture->size != first->size) break;
     if (picture->seconds - first->seconds < kPairSeconds && k < kLongestPair) continue;
-    read.pair = {*std::move(first), *picture};
-    break;
+    return ReadPair({*std::move(first), *picture});
   }
-  return read;
+  return ReadPair();
 }
 
 absl::StatusOr<std::vector<PointPair>> LinksOf(const std::array<ReadPicture, 2>& pair,
@@ -126,28 +123,22 @@ absl::StatusOr<std::vector<PointPair>> LinksOf(const std::array<ReadPicture, 2>&
   return links;
 }
 
-struct ReadWindow {
-  TrackWindow window;
-  int64_t end = 0;  // index after the last frame read
-};
-
-// Corners tracked through the pictures from `index` on.
-absl::StatusOr<ReadWindow> ReadWindowAt(PictureReader& reader, int64_t index, cv::Size size,
-                                        const cv::Mat1b& ignored) {
-  ReadWindow read;
+// Corners tracked through the pictures from `index` on. end: as above.
+absl::StatusOr<TrackWindow> ReadWindowAt(PictureReader& reader, int64_t index, cv::Size size,
+                                         const cv::Mat1b& ignored, int64_t& end) {
   WindowTracks window;
+  end = 0;
   cv::Size reduced;
   for (int k = 0; k <= kLongestWindow && !window.IsLongEnough(); ++k) {
     EGOSIEVE_ASSIGN_OR_RETURN(const ReadPicture* picture, reader.At(index + k));
     if (reader.EndsBefore(index + k)) break;
-    read.end = index + k + 1;
+    end = index + k + 1;
     if (picture == nullptr) continue;
     if (picture->size != size) break;
     reduced = picture->grey.size();
     window.Add(picture->grey, picture->seconds);
   }
-  read.window = EnlargeTracks(window.Kept(ReduceMask(ignored, kLongestDriveSide)), reduced, size);
-  return read;
+  return EnlargeTracks(window.Kept(ReduceMask(ignored, kLongestDriveSide)), reduced, size);
 }
 
 }  // namespace
@@ -167,19 +158,20 @@ absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
     const int64_t index = options.first_frame + k * step;
     if (index < next_pair) continue;
     EGOSIEVE_RETURN_IF_ERROR(reader.Forget(index));
-    EGOSIEVE_ASSIGN_OR_RETURN(ReadPair read, ReadPairAt(reader, index));
-    next_pair = std::max(next_pair, read.end - shared);
-    if (!read.pair) continue;
-    const auto& [first, second] = *read.pair;
+    int64_t end = 0;
+    EGOSIEVE_ASSIGN_OR_RETURN(const ReadPair pair, ReadPairAt(reader, index, end));
+    next_pair = std::max(next_pair, end - shared);
+    if (!pair) continue;
+    const auto& [first, second] = *pair;
     if (drive.size.empty()) drive.size = first.size;
     if (first.size != drive.size) continue;
-    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<PointPair> links, LinksOf(*read.pair, ignored));
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<PointPair> links, LinksOf(*pair, ignored));
     drive.pairs.push_back(
         {{first.seconds, second.seconds}, {first.reduced, second.reduced}, std::move(links)});
     if (index < next_window || static_cast<int>(drive.windows.size()) >= options.windows) continue;
-    EGOSIEVE_ASSIGN_OR_RETURN(ReadWindow window, ReadWindowAt(reader, index, drive.size, ignored));
-    next_window = std::max(window.end - 1, index + length / options.windows);
-    drive.windows.push_back(std::move(window.window));
+    EGOSIEVE_ASSIGN_OR_RETURN(drive.windows.emplace_back(),
+                              ReadWindowAt(reader, index, drive.size, ignored, end));
+    next_window = std::max(end - 1, index + length / options.windows);
   }
   return drive;
 }

@@ -138,20 +138,20 @@ std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap, cv::Size im
 EvidenceResult EvidenceLabeller::Judge(const ExtractedFrame* before, const ExtractedFrame& frame,
                                        int gap, const std::vector<TrackedPoint>& points,
                                        const TwoViewMotion* world, const Pinhole& camera,
-                                       const std::vector<OtherView>& views) {
+                                       std::initializer_list<const View*> views) {
   EvidenceFrame evidence;
   evidence.index = state_.picture;
   evidence.size = frame.grey.size();
   evidence.camera = camera;
   if (world != nullptr) evidence.world = *world;
-  for (const OtherView& view : views) {
-    if (view.frame == nullptr) continue;
+  for (const View* view : views) {
+    if (view->frame == nullptr) continue;
     EvidenceView& other = evidence.views.emplace_back();
-    other.motion = *view.motion;
-    other.grey = view.frame->grey;
-    other.pictures = static_cast<int>(view.frame->frame.index - frame.frame.index);
+    other.motion = view->motion;
+    other.grey = view->frame->grey;
+    other.pictures = static_cast<int>(view->frame->frame.index - frame.frame.index);
     other.places.reserve(points.size());
-    for (const TrackedPoint& point : points) other.places.push_back(point.*view.place);
+    for (const TrackedPoint& point : points) other.places.push_back(point.*view->place);
   }
   evidence.points.reserve(points.size());
   for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -41,9 +42,10 @@ struct TrackedPoint {
 };
 
 // Another picture, the camera's motion from the current one to it, and the points' places in it.
-struct OtherView {
+// Without a frame: not used.
+struct View {
   const ExtractedFrame* frame = nullptr;
-  const TwoViewMotion* motion = nullptr;
+  TwoViewMotion motion;
   cv::Point2f TrackedPoint::*place = nullptr;
 };
 
@@ -74,10 +76,10 @@ class EvidenceLabeller {
   // Nodes of the grid without such a track or without support, outside of the ignored area.
   std::vector<cv::Point2f> UnfollowedPlaces(int gap, cv::Size image) const;
   // Step 4. `before`: the other frame of the pair, or null. `world`: the pair's motion, or null.
-  // `views`: further pictures; those without a frame are skipped.
+  // `views`: further pictures.
   EvidenceResult Judge(const ExtractedFrame* before, const ExtractedFrame& frame, int gap,
                        const std::vector<TrackedPoint>& points, const TwoViewMotion* world,
-                       const Pinhole& camera, const std::vector<OtherView>& views);
+                       const Pinhole& camera, std::initializer_list<const View*> views);
 
   EvidenceLabellerState state() const;
   absl::Status Restore(EvidenceLabellerState state);

@@ -154,13 +154,6 @@ bool IsEnough(const PairCounts& counts, LabelledFrame& result) {
   return false;
 }
 
-void RecordMotion(const MotionModel& model, LabelledFrame& result) {
-  result.motion_model = model.kind;
-  result.parallax_pixels = model.parallax_pixels;
-  result.inlier_count = model.inlier_count;
-  if (!model.trusted) SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
-}
-
 void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result) {
   result.outcome = outcome;
   result.reason = std::move(reason);

@@ -11,7 +11,6 @@
 
 #include "absl/status/status.h"
 #include "vision/frame/repeated_picture.h"
-#include "vision/geometry/motion_model.h"
 #include "vision/geometry/pinhole.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/labelled_frame.h"
@@ -69,9 +68,6 @@ bool HasOtherSize(const ExtractedFrame& last, const ExtractedFrame& frame, Label
 bool IsRepeated(const ExtractedFrame& last, const ExtractedFrame& frame, LabelledFrame& result);
 // Whether there are enough correspondences of one scene; else sets the outcome.
 bool IsEnough(const PairCounts& counts, LabelledFrame& result);
-
-// The outcome, too, if the model is not trusted.
-void RecordMotion(const MotionModel& model, LabelledFrame& result);
 
 void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result);
 

@@ -7,6 +7,8 @@
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_grid.h"
 #include "vision/frame/repeated_picture.h"
+#include "vision/geometry/motion_model.h"
+#include "vision/labelling/label_outcome.h"
 
 namespace egosieve::vision {
 namespace {
@@ -44,32 +46,36 @@ absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
   if (pictures.size() < 2) return outlook;
   EGOSIEVE_ASSIGN_OR_RETURN(outlook.links, motions.Follow(pictures));
   if (outlook.links.followed_share < kFlowSuffices) return outlook;
-  const auto view = [&](const ExtractedFrame& picture, const std::vector<cv::Point2f>& places) {
+  const auto view = [&](const ExtractedFrame& picture, const std::vector<cv::Point2f>& places,
+                        cv::Point2f TrackedPoint::*place) {
     View view;
+    view.place = place;
     view.motion = motions.Along(frame, picture, outlook.links, places, camera, moved);
     if (IsTrusted(view.motion)) view.frame = &picture;
     return view;
   };
-  outlook.far = view(*pictures[outlook.links.last], outlook.links.far);
-  if (outlook.links.last > 1) outlook.near = view(*pictures[1], outlook.links.near);
+  const GridLinks& links = outlook.links;
+  outlook.far = view(*pictures[links.last], links.far, &TrackedPoint::far_ahead);
+  if (links.last > 1) outlook.near = view(*pictures[1], links.near, &TrackedPoint::near_ahead);
   return outlook;
 }
 
-MotionModel ModelOf(const TwoViewMotion& motion, const Pinhole& camera, int64_t pair_count) {
-  MotionModel model;
+bool RecordMotion(const TwoViewMotion& motion, const Pinhole& camera, int64_t pair_count,
+                  LabelledFrame& result) {
   if (!motion.found) {
-    model.reason = "too few places to tell the camera's motion from";
-    return model;
+    SetOutcome(LabelOutcome::kUntrustedMotion, "too few places to tell the camera's motion from",
+               result);
+    return false;
   }
-  model.parallax_pixels = motion.parallax_pixels;
-  model.inlier_count = std::llround(motion.static_share * static_cast<double>(pair_count));
-  model.kind = KindOf(motion, camera);
-  model.trusted = IsTrusted(motion);
-  if (!model.trusted) {
-    model.reason = absl::StrFormat("the camera's motion explains %.0f %% of the places",
-                                   100.0 * motion.static_share);
-  }
-  return model;
+  result.parallax_pixels = motion.parallax_pixels;
+  result.inlier_count = std::llround(motion.static_share * static_cast<double>(pair_count));
+  result.motion_model = KindOf(motion, camera);
+  if (IsTrusted(motion)) return true;
+  SetOutcome(LabelOutcome::kUntrustedMotion,
+             absl::StrFormat("the camera's motion explains %.0f %% of the places",
+                             100.0 * motion.static_share),
+             result);
+  return false;
 }
 
 }  // namespace egosieve::vision

@@ -6,19 +6,13 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "vision/geometry/motion_model.h"
 #include "vision/geometry/pinhole.h"
+#include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/pair_motions.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
-
-// Another picture and the camera's motion from the labelled one to it. Without a frame: not used.
-struct View {
-  const ExtractedFrame* frame = nullptr;
-  TwoViewMotion motion;
-};
 
 // Places and motions in the pictures ahead of a frame. `near` is not used if it is the same as
 // `far`.
@@ -42,8 +36,9 @@ absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
 // Whether enough of the places are static.
 bool IsTrusted(const TwoViewMotion& motion);
 
-// The motion as the model of a pair with `pair_count` correspondences; not trusted if too few of
-// them are static.
-MotionModel ModelOf(const TwoViewMotion& motion, const Pinhole& camera, int64_t pair_count);
+// Records the motion of a pair with `pair_count` correspondences, and the outcome if it is not trusted.
+// Returns whether it is.
+bool RecordMotion(const TwoViewMotion& motion, const Pinhole& camera, int64_t pair_count,
+                  LabelledFrame& result);
 
 }  // namespace egosieve::vision

@@ -129,9 +129,10 @@ class TrackLabeller : public FrameLabeller {
   void LearnCamera(const ExtractedFrame& frame, LabelOutcome outcome);
   // The direction of travel, by the motion of the pair that ends at `seconds`.
   void LearnTravel(const TwoViewMotion& motion, double seconds);
-  // The motion between the two frames of the pair. Sets `world` if it is not known.
-  MotionModel MotionOfTracks(const std::vector<TrackedPoint>& points, const ExtractedFrame& frame,
-                             const MovedNodes& moved, TwoViewMotion& world, LabelledFrame& result);
+  // The motion between the two frames of the pair. Sets `world` if it is not known. Returns whether it
+  // is trusted.
+  bool MotionOfTracks(const std::vector<TrackedPoint>& points, const ExtractedFrame& frame,
+                      const MovedNodes& moved, TwoViewMotion& world, LabelledFrame& result);
   absl::StatusOr<Sight> SightOf(const ExtractedFrame& before, const ExtractedFrame& frame,
                                 const Pictures& ahead, absl::Span<const float> moved, int gap,
                                 StageMilliseconds& milliseconds);

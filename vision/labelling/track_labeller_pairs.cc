@@ -36,14 +36,14 @@ namespace {
 // explanations, static, moving and fixed to the vehicle, the last one has no label of its own.
 // evidence: one per point.
 void LabelByEvidence(const ExtractedFrame& frame, const PatternPlaces& fixed,
-                     const std::vector<TrackedPoint>& points, const MotionModel& model,
+                     const std::vector<TrackedPoint>& points, MotionModelKind kind,
                      const EvidenceResult& evidence, const FrameLabellerOptions& options,
                      LabelledFrame& result) {
   // A distance to a line checks one direction of two: a single place may pass by chance.
-  const bool needs_support = model.kind == MotionModelKind::kFundamental;
+  const bool needs_support = kind == MotionModelKind::kFundamental;
   const auto add = [&](cv::Point2f now, cv::Point2f before, double probability, EvidenceTerm by) {
     result.positions.insert(result.positions.end(), {now.x, now.y});
-    const bool paired = std::isfinite(before.x) && model.kind != MotionModelKind::kNone;
+    const bool paired = std::isfinite(before.x) && kind != MotionModelKind::kNone;
     const cv::Point2f other = paired ? before : now;
     result.other_positions.insert(result.other_positions.end(), {other.x, other.y});
     result.probability.push_back(probability);
@@ -235,25 +235,23 @@ absl::Status TrackLabeller::LabelFromAhead(const ExtractedFrame& frame, const Pi
   }
   MarkUnbounded(frame, TwoViewMotion(), outlook, points);
   const EvidenceResult evidence =
-      evidence_.Judge(nullptr, frame, 1, points, nullptr, camera,
-                      {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
-                       {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}});
+      evidence_.Judge(nullptr, frame, 1, points, nullptr, camera, {&outlook.far, &outlook.near});
   movers_.Remember(points, evidence, frame.grey.size());
   const View& view = outlook.longest();
   result.first_index = frame.frame.index;
   result.second_index = view.frame->frame.index;
-  RecordMotion(ModelOf(view.motion, camera, 0), result);
+  RecordMotion(view.motion, camera, 0, result);
   result.reason.clear();
-  LabelByEvidence(frame, pair_motions_.FixedIn(frame), points, MotionModel(), evidence, options_,
-                  result);
+  LabelByEvidence(frame, pair_motions_.FixedIn(frame), points, MotionModelKind::kNone, evidence,
+                  options_, result);
   result.static_share = view.motion.static_share;
   result.milliseconds.labelling += watch.LapMilliseconds();
   return absl::OkStatus();
 }
 
-MotionModel TrackLabeller::MotionOfTracks(const std::vector<TrackedPoint>& points,
-                                          const ExtractedFrame& frame, const MovedNodes& moved,
-                                          TwoViewMotion& world, LabelledFrame& result) {
+bool TrackLabeller::MotionOfTracks(const std::vector<TrackedPoint>& points,
+                                   const ExtractedFrame& frame, const MovedNodes& moved,
+                                   TwoViewMotion& world, LabelledFrame& result) {
   std::vector<PointPair> geometry;
   std::vector<float> moved_before;
   const PatternPlaces& fixed = pair_motions_.FixedIn(frame);
@@ -269,10 +267,10 @@ MotionModel TrackLabeller::MotionOfTracks(const std::vector<TrackedPoint>& point
   if (!world.found) {
     world = EstimateOnDrive(geometry, camera, MotionOptionsOf(travel()), moved_before);
   }
-  MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
-  RecordMotion(model, result);
+  const bool is_trusted =
+      RecordMotion(world, camera, static_cast<int64_t>(geometry.size()), result);
   result.milliseconds.geometry += watch.LapMilliseconds();
-  return model;
+  return is_trusted;
 }
 
 absl::StatusOr<TrackLabeller::Sight> TrackLabeller::SightOf(const ExtractedFrame& before,
@@ -290,7 +288,7 @@ absl::StatusOr<TrackLabeller::Sight> TrackLabeller::SightOf(const ExtractedFrame
   if (gap == 1) {
     sight.world = step;
   } else if (IsTrusted(step)) {
-    sight.behind = {&before, Inverse(step)};
+    sight.behind = {&before, Inverse(step), &TrackedPoint::near_behind};
   }
   milliseconds.geometry += watch.LapMilliseconds();
   return sight;
@@ -357,31 +355,29 @@ absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const Extr
                             SightOf(before, frame, ahead, moved, gap, result.milliseconds));
   auto& [behind, world, outlook] = sight;
   std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
-  MotionModel model = MotionOfTracks(points, frame, moved, world, result);
-  if (options_.frame_gap == 0 && model.trusted) {
-    ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap, gap_);
+  const bool is_trusted = MotionOfTracks(points, frame, moved, world, result);
+  if (options_.frame_gap == 0 && is_trusted) {
+    ObserveParallax(result.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap, gap_);
   }
-  if (model.trusted) LearnTravel(world, frame.frame.time_seconds);
+  if (is_trusted) LearnTravel(world, frame.frame.time_seconds);
   Stopwatch watch;
-  if (!model.trusted) model.kind = MotionModelKind::kNone;
+  const MotionModelKind kind = is_trusted ? result.motion_model : MotionModelKind::kNone;
   const Pinhole camera = Camera(frame.grey.size());
   const ExtractedFrame* first = InHistory(result.first_index);
   UseGround(before, first, frame, ahead, gap, sight, points);
   const EvidenceResult evidence =
-      evidence_.Judge(first, frame, gap, points, model.trusted ? &world : nullptr, camera,
-                      {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
-                       {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
-                       {behind.frame, &behind.motion, &TrackedPoint::near_behind}});
+      evidence_.Judge(first, frame, gap, points, is_trusted ? &world : nullptr, camera,
+                      {&outlook.far, &outlook.near, &behind});
   movers_.Remember(points, evidence, frame.grey.size());
-  if (model.trusted) result.step = StepOf(before, frame, gap, sight, points);
+  if (is_trusted) result.step = StepOf(before, frame, gap, sight, points);
   ground_.SetOnward(result.step.onward);
-  if (model.trusted) {
+  if (is_trusted) {
     result.noise_pixels = world.noise_pixels;
     if (!IsFocalKnown()) result.doubt = DoubtOfTurn(world, camera, frame.grey.size());
   }
-  if (model.trusted || !outlook.empty()) {
+  if (is_trusted || !outlook.empty()) {
     result.reason.clear();
-    LabelByEvidence(frame, pair_motions_.FixedIn(frame), points, model, evidence, options_, result);
+    LabelByEvidence(frame, pair_motions_.FixedIn(frame), points, kind, evidence, options_, result);
   }
   if (const View& view = outlook.longest(); view.frame != nullptr || world.found) {
     result.static_share = (view.frame != nullptr ? view.motion : world).static_share;

@@ -51,15 +51,8 @@ FrameSpan SteadySpan(const std::vector<WindowFrame>& frames, FrameSpan wanted,
 std::vector<cv::Mat1f> SegmentSpan(const std::vector<WindowFrame>& frames,
                                    const std::vector<cv::Mat1f>& linked, FrameSpan span,
                                    const MapWindowOptions& options) {
-  std::vector<ShotFrame> shot;
-  for (size_t t = span.begin; t < span.end; ++t) {
-    ShotFrame& frame = shot.emplace_back();
-    frame.image = frames[t].image;
-    frame.log_odds = linked[t];
-    if (t == span.begin) continue;
-    frame.backward = frames[t].flow.backward;
-    frame.agreement = AgreementOf(frames[t].errors.backward, kTolerancePixels);
-  }
+  std::vector<LinkFrame> shot(frames.begin() + span.begin, frames.begin() + span.end);
+  for (size_t i = 0; i < shot.size(); ++i) shot[i].log_odds = linked[span.begin + i];
   return SegmentShot(shot, options.shot);
 }
 

@@ -26,16 +26,17 @@ struct Nodes {
   cv::Mat1f agreement;
 };
 
-Nodes NodesOf(const ShotFrame& frame) {
+// is_first: no picture is before it.
+Nodes NodesOf(const LinkFrame& frame, bool is_first) {
   const cv::Size size = frame.image.size();
   const int step = (std::max(size.width, size.height) + kLongestSide - 1) / kLongestSide;
   Nodes nodes;
   cv::cvtColor(ToWorkingSize(frame.image, step), nodes.lab, cv::COLOR_BGR2Lab);
   nodes.log_odds = ToWorkingSize(frame.log_odds, step);
   nodes.log_odds = cv::max(cv::min(nodes.log_odds, kMostOfMap), -kMostOfMap);
-  if (frame.backward.empty()) return nodes;
-  nodes.backward = ToWorkingSize(frame.backward, step) / step;
-  nodes.agreement = ToWorkingSize(frame.agreement, step);
+  if (is_first) return nodes;
+  nodes.backward = ToWorkingSize(frame.flow.backward, step) / step;
+  nodes.agreement = ToWorkingSize(AgreementOf(frame.errors.backward, kTolerancePixels), step);
   return nodes;
 }
 
@@ -126,11 +127,11 @@ std::vector<cv::Mat1f> Cut(const std::vector<Nodes>& shot, const std::vector<cv:
 
 }  // namespace
 
-std::vector<cv::Mat1f> SegmentShot(const std::vector<ShotFrame>& frames,
+std::vector<cv::Mat1f> SegmentShot(const std::vector<LinkFrame>& frames,
                                    const ShotSegmentationOptions& options) {
   const auto count = static_cast<int64_t>(frames.size());
   std::vector<Nodes> shot(count);
-  kernels::ParallelFor(count, [&](int64_t t) { shot[t] = NodesOf(frames[t]); });
+  kernels::ParallelFor(count, [&](int64_t t) { shot[t] = NodesOf(frames[t], t == 0); });
   std::vector<cv::Mat3b> colours;
   std::vector<cv::Mat1f> probability, decided;  // decided: u, then l
   for (const Nodes& nodes : shot) {

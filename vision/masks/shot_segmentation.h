@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "vision/masks/colour_model.h"
+#include "vision/masks/temporal_link.h"
 
 namespace egosieve::vision {
 
@@ -34,16 +35,9 @@ struct ShotSegmentationOptions {
   float colour_limit = 4.0f;          // positive
 };
 
-// A picture of a shot; all of one size.
-struct ShotFrame {
-  cv::Mat3b image;      // B G R
-  cv::Mat1f log_odds;   // of the linked map
-  cv::Mat backward;     // CV_32FC2, flow to the picture before, pixels; empty in the first
-  cv::Mat1f agreement;  // k of `backward`, in [0, 1]; empty in the first
-};
-
-// (SS3) of each picture, of its size.
-std::vector<cv::Mat1f> SegmentShot(const std::vector<ShotFrame>& frames,
+// (SS3) of each picture, of its size. log_odds: of the linked map. The first picture's flow is not
+// read.
+std::vector<cv::Mat1f> SegmentShot(const std::vector<LinkFrame>& frames,
                                    const ShotSegmentationOptions& options);
 
 }  // namespace egosieve::vision

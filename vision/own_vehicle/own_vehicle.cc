@@ -103,15 +103,9 @@ std::vector<cv::Mat1f> Smooth(const std::vector<cv::Mat1b>& reduced) {
   return pictures;
 }
 
-FixedPlaces NoPlaces(cv::Size image) {
-  FixedPlaces places;
-  places.image = image;
-  return places;
-}
-
 // Step 1.
 FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image) {
-  FixedPlaces places = NoPlaces(image);
+  FixedPlaces places{.image = image};
   const cv::Mat1f median = MedianPicture(pictures);
   median.convertTo(places.median, CV_8U);
   const FixedPattern pattern(median);
@@ -178,14 +172,14 @@ bool FixedPlaces::IsFixedIn(size_t picture, double x, double y) const {
 }
 
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image) {
-  if (reduced.size() < kLeastPictures) return NoPlaces(image);
+  if (reduced.size() < kLeastPictures) return {.image = image};
   return FixedIn(Smooth(reduced), image);
 }
 
 FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image) {
-  if (reduced.size() < kLeastPictures) return NoPlaces(image);
+  if (reduced.size() < kLeastPictures) return {.image = image};
   SteadyPictures steady = SteadyOnMount(Smooth(reduced));
-  if (TypicalShake(steady) <= kMostShiftPixels) return NoPlaces(image);
+  if (TypicalShake(steady) <= kMostShiftPixels) return {.image = image};
   FixedPlaces places = FixedIn(steady.pictures, image);
   places.shakes = std::move(steady.shakes);
   return places;

@@ -13,6 +13,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "kernels/base/splitmix.h"
@@ -39,6 +40,14 @@ inline uint64_t MixSeed(uint64_t seed, uint64_t frame_index, uint64_t step) {
 // At an epipole both are 0. Reference: Hartley & Zisserman, 2nd ed., 11.4.3.
 double SampsonDistance(const Eigen::Matrix3d& f, const PointPair& pair);
 double PointToLineDistance(const Eigen::Matrix3d& f, const PointPair& pair);
+
+struct MotionModel {
+  MotionModelKind kind = MotionModelKind::kNone;
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // F in pixels, first image to second
+  int64_t inlier_count = 0;                              // pairs near the model
+  bool trusted = false;
+  std::string reason;  // why it is not trusted, or why there is none
+};
 
 // Kind kNone with a reason for fewer than 7 pairs of finite coordinates, and for pairs that do not
 // determine a matrix: all points of an image on a line, identical, ...

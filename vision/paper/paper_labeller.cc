@@ -136,8 +136,13 @@ absl::Status PaperLabeller::LabelPair(const PaperFrame& first, const PaperFrame&
       MixSeed(options_.seed, static_cast<uint64_t>(second.frame.index), kGeometryStep);
   const MotionModel model = FitFundamental(pairs, seed);
   result.milliseconds.geometry = watch.LapMilliseconds();
-  RecordMotion(model, result);
-  if (model.trusted) LabelByDistance(first, pairs, model, result);
+  result.motion_model = model.kind;
+  result.inlier_count = model.inlier_count;
+  if (model.trusted) {
+    LabelByDistance(first, pairs, model, result);
+  } else {
+    SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
+  }
   result.milliseconds.labelling = watch.LapMilliseconds();
   return absl::OkStatus();
 }

@@ -121,7 +121,11 @@ absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
   EGOSIEVE_RETURN_IF_ERROR(UpdatePoints(inputs, labels, frame_index, taken, record.selection));
   if (options_.scales_to_mean_zero) EGOSIEVE_RETURN_IF_ERROR(ScaleToMeanZero());
   record.milliseconds.selection += watch.LapMilliseconds();
-  EGOSIEVE_RETURN_IF_ERROR(Train(record));
+  EGOSIEVE_RETURN_IF_ERROR(trainer_.Train(*model_.context(), {model_.inputs(), model_.targets()}));
+  if (trainer_.ShouldRebuild(model_.hyperparameters())) {
+    EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(trainer_.hyperparameters()));
+    record.factor_rebuilt = true;
+  }
   record.milliseconds.training += watch.LapMilliseconds();
   EGOSIEVE_RETURN_IF_ERROR(options_.calibrates_to_frame
                                ? CalibrateToFrame(inputs, labels, taken, frame_index)
@@ -257,15 +261,6 @@ void OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& alive, Point
                                                                arriving.size(), dimension),
                                arriving_kept),
                     Gather(arriving.labels, arriving_kept)};
-}
-
-absl::Status OnlineLearner::Train(FrameRecord& record) {
-  EGOSIEVE_RETURN_IF_ERROR(trainer_.Train(*model_.context(), {model_.inputs(), model_.targets()}));
-  if (trainer_.ShouldRebuild(model_.hyperparameters())) {
-    EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(trainer_.hyperparameters()));
-    record.factor_rebuilt = true;
-  }
-  return absl::OkStatus();
 }
 
 absl::Status OnlineLearner::Calibrate() {

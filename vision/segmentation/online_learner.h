@@ -134,7 +134,6 @@ class OnlineLearner {
   // the points kept.
   void Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
             SelectionCounts& counts) const;
-  absl::Status Train(FrameRecord& record);
   absl::Status Calibrate();
   absl::Status CalibrateToFrame(kernels::ConstMatrixView<float> inputs,
                                 absl::Span<const double> labels, absl::Span<const int64_t> taken,

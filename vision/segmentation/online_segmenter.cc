@@ -239,17 +239,6 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
   return map;
 }
 
-absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& frame) {
-  EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const ExtractedFrame> extracted,
-                            labeller_->Extract(frame));
-  EGOSIEVE_ASSIGN_OR_RETURN(Learnt learnt, Learn(frame, std::move(extracted)));
-  Result result;
-  result.record = std::move(learnt.record);
-  result.labels = std::move(learnt.labels);
-  EGOSIEVE_ASSIGN_OR_RETURN(result.map, Infer(frame, *learnt.posterior, result.record));
-  return result;
-}
-
 absl::StatusOr<std::string> OnlineSegmenter::Checkpoint(absl::string_view labeller_state) {
   EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile checkpoint, learner_->Checkpoint());
   checkpoint.annotations += location_prior_.ToBytes();

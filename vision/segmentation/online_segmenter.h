@@ -9,10 +9,10 @@
 // The map of a frame combines the process's posterior, the residual of the frame's own labels
 // (label_residual.h), and the location prior (location_prior.h).
 //
-// Learn is Label and LearnLabels; Process is all four. The map of frame t is evaluated on frame t
-// after learning the pair that ends in t; frames before the first pair get the prior. No picture
-// content is an error: if nothing can be learnt from a frame, its map comes from the present model,
-// and the record gives the reason.
+// Learn is Label and LearnLabels. The map of frame t is evaluated on frame t after learning the pair
+// that ends in t; frames before the first pair get the prior. No picture content is an error: if
+// nothing can be learnt from a frame, its map comes from the present model, and the record gives the
+// reason.
 #pragma once
 
 #include <memory>
@@ -77,27 +77,19 @@ class OnlineSegmenter {
     LabelledFrame labels;
     FrameRecord record;
   };
-  struct Result {
-    SegmentationMap map;
-    LabelledFrame labels;
-    FrameRecord record;
-  };
 
   // Extracts and labels. Frames ahead: at most options().ahead_frames, none for a live camera.
   FrameLabeller& labeller() { return *labeller_; }
   // Without `with_posterior` no posterior is made.
   absl::StatusOr<Learnt> LearnLabels(const Frame& frame, LabelledFrame labels,
                                      bool with_posterior = true);
-  absl::StatusOr<Learnt> Learn(
-      const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
-      bool with_posterior = true,
-      const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead = {});
+  absl::StatusOr<Learnt> Learn(const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
+                               bool with_posterior,
+                               const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead);
   // Also fills `record.milliseconds.inference`, `dynamic_share`, `expected_overlap`
   // and `clamped_variances`.
   absl::StatusOr<SegmentationMap> Infer(const Frame& frame, const MapPosterior& posterior,
                                         FrameRecord& record) const;
-
-  absl::StatusOr<Result> Process(const Frame& frame);
 
   // The state after the last learnt frame, as the bytes of a model file (gp/io/model_file.h). Call
   // it between two frames. This segmenter and one restored from the bytes continue with the same

@@ -1,6 +1,7 @@
 // The result for one frame: probability and uncertainty on a grid over its pixels.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -28,6 +29,16 @@ struct SegmentationMap {
 //
 // where movers fill 3 % of the picture each and their number has a Poisson distribution. NaN of an
 // empty map.
-double ExpectedOverlap(const std::vector<float>& probability);
+inline double ExpectedOverlap(const std::vector<float>& probability) {
+  constexpr double kMoverShare = 0.03;  // docs/constants.md
+  if (probability.empty()) return std::nan("");
+  double intersection = 0.0, united = 0.0;
+  for (const float p : probability) {
+    if (p > 0.5f) intersection += p;
+    united += p > 0.5f ? 1.0 : p;
+  }
+  if (intersection > 0.0) return intersection / united;
+  return std::exp(-united / (kMoverShare * static_cast<double>(probability.size())));  // (EO2)
+}
 
 }  // namespace egosieve::vision

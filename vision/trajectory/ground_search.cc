@@ -97,108 +97,68 @@ struct CellSums {
   AllSpeeds squares = AllSpeeds::Zero(), about_means = AllSpeeds::Zero();
   AllSpeeds values = AllSpeeds::Zero(), places = AllSpeeds::Zero();
 
-  AllSpeeds LogRatios(double noise_variance) const;
+  // (SR2)
+  AllSpeeds LogRatios(double noise_variance) const {
+    const AllSpeeds all = squares / values.max(1.0) + noise_variance;
+    const AllSpeeds about = about_means / (values - places).max(1.0) + noise_variance;
+    return -0.5 / kPixelCorrelation * values * (about / all).log();
+  }
 };
 
-class GroundSearch {
- public:
-  explicit GroundSearch(const GroundSearchView& view);
-
-  SpeedLikelihood Likelihood() const;
-
- private:
-  void FindPlaces();
-  void Add(cv::Point place, const AllSpeeds& speeds, CellSums& sums) const;
-  std::vector<CellSums> SumCells() const;
-
-  const GroundSearchView& view_;
-  std::vector<cv::Mat> changes_;   // CV_8UC1
-  std::vector<cv::Point> places_;  // in the first picture, pixels
-  double noise_ = 0.0;             // grey levels
-};
-
-AllSpeeds CellSums::LogRatios(double noise_variance) const {
-  const AllSpeeds all = squares / values.max(1.0) + noise_variance;
-  const AllSpeeds about = about_means / (values - places).max(1.0) + noise_variance;
-  return -0.5 / kPixelCorrelation * values * (about / all).log();
-}
-
-GroundSearch::GroundSearch(const GroundSearchView& view) : view_(view) {
-  if (!MovesForwardOrBack(view_.direction) || view_.pictures.size() < kFewestPictures) {
-    return;
-  }
-  changes_ = WithoutFixed(view_.pictures);
-  FindPlaces();
-}
-
-SpeedLikelihood GroundSearch::Likelihood() const {
-  SpeedLikelihood result{};
-  if (places_.empty()) return result;
-  static const OtherPrior prior = MakeOtherPrior();
-  for (const CellSums& sums : SumCells()) {
-    AllSpeeds ratios = sums.LogRatios(noise_ * noise_);
-    const double best = ratios.maxCoeff();
-    ratios = (ratios - best).max(-kMostOfCell).exp();
-    const Eigen::Array<double, kSpeeds, 1> other = (prior * ratios.matrix()).array();
-    for (int v = 0; v < kSpeeds; ++v) {
-      result[v] += best + std::log(0.5 * ratios(kOtherSpeeds.size() + v) + 0.5 * other(v));
-    }
-  }
-  for (double& value : result) value /= static_cast<double>(view_.pictures.size());
-  return result;
-}
-
-// Selects points of the road's area that differ from the fixed pattern, evenly; sets the noise.
-void GroundSearch::FindPlaces() {
+// Points of the road's area in the first picture that differ from the fixed pattern, selected evenly.
+// first: its changes. noise: set to theirs, grey levels.
+std::vector<cv::Point> FindPlaces(const GroundSearchView& view, const cv::Mat& first,
+                                  double& noise) {
   cv::Mat1b ignored;
-  if (!view_.ignored.empty()) {
+  if (!view.ignored.empty()) {
     const int side = 2 * kOwnMargin + 1;
-    cv::dilate(view_.ignored, ignored, cv::getStructuringElement(cv::MORPH_RECT, {side, side}));
+    cv::dilate(view.ignored, ignored, cv::getStructuringElement(cv::MORPH_RECT, {side, side}));
   }
-  const Eigen::Vector3d ahead = view_.direction / view_.direction(2);
-  const cv::Mat& first = changes_[0];
+  const Eigen::Vector3d ahead = view.direction / view.direction(2);
   std::vector<cv::Point> area;
   std::vector<double> sizes;
   for (int y = 0; y < first.rows; ++y) {
-    const double below = view_.camera.Ray(0, y)(1) - ahead(1);
+    const double below = view.camera.Ray(0, y)(1) - ahead(1);
     if (below < kLeastBelow) continue;
     for (int x = 0; x < first.cols; ++x) {
-      const Eigen::Vector3d ray = view_.camera.Ray(x, y);
+      const Eigen::Vector3d ray = view.camera.Ray(x, y);
       if (std::abs(ray(0) - ahead(0)) > kAcross * below) continue;
       if (IsIgnored(ignored, first.size(), x, y)) continue;
       area.emplace_back(x, y);
       sizes.push_back(std::abs(first.at<uint8_t>(y, x) - kNought));
     }
   }
-  if (area.empty()) return;
-  noise_ = RobustScale(sizes, kNoiseFloor);
+  noise = RobustScale(sizes, kNoiseFloor);
   std::vector<cv::Point> changed;
   for (size_t i = 0; i < area.size(); ++i) {
-    if (sizes[i] > kChangeDeviations * noise_) changed.push_back(area[i]);
+    if (sizes[i] > kChangeDeviations * noise) changed.push_back(area[i]);
   }
   const size_t count = std::min(changed.size(), kMostPlaces);
-  for (size_t k = 0; k < count; ++k) places_.push_back(changed[k * changed.size() / count]);
+  std::vector<cv::Point> places;
+  for (size_t k = 0; k < count; ++k) places.push_back(changed[k * changed.size() / count]);
+  return places;
 }
 
 // Adds the sums over the pictures of one point at each speed.
-void GroundSearch::Add(cv::Point place, const AllSpeeds& speeds, CellSums& sums) const {
-  const Eigen::Vector3d& direction = view_.direction;
-  const Eigen::Vector3d ray = view_.camera.Ray(place.x, place.y);
+void AddPlace(const GroundSearchView& view, const std::vector<cv::Mat>& changes, cv::Point place,
+              const AllSpeeds& speeds, CellSums& sums) {
+  const Eigen::Vector3d& direction = view.direction;
+  const Eigen::Vector3d ray = view.camera.Ray(place.x, place.y);
   const double below = std::max(0.0, ray(1) - direction(1) / direction(2));
   AllSpeeds sum = AllSpeeds::Zero(), squares = AllSpeeds::Zero(), count = AllSpeeds::Zero();
-  for (size_t k = 0; k < changes_.size(); ++k) {
-    const GroundPicture& picture = view_.pictures[k];
+  for (size_t k = 0; k < changes.size(); ++k) {
+    const GroundPicture& picture = view.pictures[k];
     if (std::abs(picture.seconds) > kStackSeconds) continue;
     // The point in the picture's camera is still + speed * moved.
     const Eigen::Vector3d still = picture.rotation * ray,
                           moved = picture.rotation * (below * picture.seconds * direction);
     const AllSpeeds depth = still(2) + speeds * moved(2);
-    const double f = view_.camera.focal_pixels;
-    const AllSpeeds x = view_.camera.centre_x + f * (still(0) + speeds * moved(0)) / depth;
-    const AllSpeeds y = view_.camera.centre_y + f * (still(1) + speeds * moved(1)) / depth;
+    const double f = view.camera.focal_pixels;
+    const AllSpeeds x = view.camera.centre_x + f * (still(0) + speeds * moved(0)) / depth;
+    const AllSpeeds y = view.camera.centre_y + f * (still(1) + speeds * moved(1)) / depth;
     for (int v = 0; v < kAllSpeeds; ++v) {
       if (!(depth(v) > kNearest)) continue;
-      const double change = SampleOrNan(changes_[k], x(v), y(v)) - kNought;
+      const double change = SampleOrNan(changes[k], x(v), y(v)) - kNought;
       if (std::isnan(change)) continue;
       sum(v) += change;
       squares(v) += change * change;
@@ -214,20 +174,6 @@ void GroundSearch::Add(cv::Point place, const AllSpeeds& speeds, CellSums& sums)
   }
 }
 
-std::vector<CellSums> GroundSearch::SumCells() const {
-  const cv::Size size = changes_[0].size();
-  const int side = std::max(kSmallestCell, std::max(size.width, size.height) / kCellsAcross);
-  const AllSpeeds speeds = SpeedsTried();
-  const SquareCells<int> grid = CellsOfPixels(size, side);
-  std::map<size_t, CellSums> cells;
-  for (const cv::Point place : places_) {
-    Add(place, speeds, cells[grid.IndexOf(place.x, place.y)]);
-  }
-  std::vector<CellSums> sums;
-  for (auto& [place, cell] : cells) sums.push_back(std::move(cell));
-  return sums;
-}
-
 }  // namespace
 
 Eigen::Matrix3d PartOfRotation(const Eigen::Matrix3d& rotation, double share) {
@@ -236,7 +182,31 @@ Eigen::Matrix3d PartOfRotation(const Eigen::Matrix3d& rotation, double share) {
 }
 
 SpeedLikelihood LikelihoodOfSpeeds(const GroundSearchView& view) {
-  return GroundSearch(view).Likelihood();
+  SpeedLikelihood result{};
+  if (!MovesForwardOrBack(view.direction) || view.pictures.size() < kFewestPictures) return result;
+  const std::vector<cv::Mat> changes = WithoutFixed(view.pictures);
+  double noise = 0.0;
+  const std::vector<cv::Point> places = FindPlaces(view, changes[0], noise);
+  const cv::Size size = changes[0].size();
+  const int side = std::max(kSmallestCell, std::max(size.width, size.height) / kCellsAcross);
+  const AllSpeeds speeds = SpeedsTried();
+  const SquareCells<int> grid = CellsOfPixels(size, side);
+  std::map<size_t, CellSums> cells;
+  for (const cv::Point place : places) {
+    AddPlace(view, changes, place, speeds, cells[grid.IndexOf(place.x, place.y)]);
+  }
+  static const OtherPrior prior = MakeOtherPrior();
+  for (const auto& [cell, sums] : cells) {
+    AllSpeeds ratios = sums.LogRatios(noise * noise);
+    const double best = ratios.maxCoeff();
+    ratios = (ratios - best).max(-kMostOfCell).exp();
+    const Eigen::Array<double, kSpeeds, 1> other = (prior * ratios.matrix()).array();
+    for (int v = 0; v < kSpeeds; ++v) {
+      result[v] += best + std::log(0.5 * ratios(kOtherSpeeds.size() + v) + 0.5 * other(v));
+    }
+  }
+  for (double& value : result) value /= static_cast<double>(view.pictures.size());
+  return result;
 }
 
 }  // namespace egosieve::vision

@@ -183,8 +183,9 @@ TEST(MapWindow, WhatOneMapAloneSaysChangesLittle) {
 }
 
 // A grey box on a textured ground that stands still. The map shows the box's rim alone.
-ShotFrame BoxWithRim(const cv::Mat3b& ground, const cv::Rect& box, float inside) {
-  ShotFrame frame{.image = ground.clone()};
+LinkFrame BoxWithRim(const cv::Mat3b& ground, const cv::Rect& box, float inside) {
+  LinkFrame frame;
+  frame.image = ground.clone();
   frame.image(box) = cv::Vec3b(200, 200, 200);
   frame.log_odds = cv::Mat1f(ground.size(), -4.0f);
   frame.log_odds(box) = 3.0f;
@@ -205,7 +206,7 @@ TEST(SegmentShot, FillsAMoverWhoseMiddleTheMapMisses) {
 
 TEST(SegmentShot, DecidesNothingWhereNothingIsKnown) {
   for (const float of_all : {-1e-3f, 0.0f, 1e-3f}) {
-    std::vector<ShotFrame> shot(1);
+    std::vector<LinkFrame> shot(1);
     shot[0].image = Texture(1);
     shot[0].log_odds = cv::Mat1f(shot[0].image.size(), of_all);
     EXPECT_LT(cv::norm(SegmentShot(shot, {})[0], cv::NORM_INF), 0.1) << of_all;
@@ -215,19 +216,19 @@ TEST(SegmentShot, DecidesNothingWhereNothingIsKnown) {
 TEST(SegmentShot, FollowsFlowFromPictureToPicture) {
   // In the second picture the map says a little against the box, in the first much for it.
   const cv::Size size(kWidth, kHeight);
-  std::vector<ShotFrame> shot(2);
+  std::vector<LinkFrame> shot(2);
   for (int t = 0; t < 2; ++t) {
     shot[t].image = cv::Mat3b(size, cv::Vec3b(90, 90, 90));
     shot[t].log_odds = cv::Mat1f(size, -3.0f);
   }
   shot[0].log_odds(cv::Rect(40, 40, 40, 40)) = 5.0f;
   shot[1].log_odds(cv::Rect(50, 40, 40, 40)) = -1.0f;
-  shot[1].backward = cv::Mat(size, CV_32FC2, cv::Scalar(-10.0, 0.0));
-  shot[1].agreement = cv::Mat1f(size, 1.0f);
+  shot[1].flow.backward = cv::Mat(size, CV_32FC2, cv::Scalar(-10.0, 0.0));
+  shot[1].errors.backward = cv::Mat1f(size, 0.0f);  // it returns exactly
   const ShotSegmentationOptions options{.within = 0.0f, .colour_limit = 1e-6f};
   EXPECT_NEAR(SegmentShot(shot, options)[1](60, 85), -1.0f + 2.0f, 1e-3);
   EXPECT_NEAR(SegmentShot(shot, options)[1](60, 95), -3.0f - 2.0f, 1e-3);
-  shot[1].agreement.setTo(0.0f);
+  shot[1].errors.backward.setTo(1e6f);
   EXPECT_NEAR(SegmentShot(shot, options)[1](60, 85), -1.0f - 2.0f, 1e-3);
 }
 

@@ -49,9 +49,10 @@ std::unique_ptr<OnlineSegmenter> MakeSegmenter(DriveProfile profile) {
   return *OnlineSegmenter::Create(context, options);
 }
 
-OnlineSegmenter::Result Process(OnlineSegmenter& segmenter, int64_t index, const cv::Mat& image) {
-  auto result = Value(segmenter.Process(
-      {.index = index, .time_seconds = 0.1 * static_cast<double>(index), .image = image}));
+ProcessedFrame Process(OnlineSegmenter& segmenter, int64_t index, const cv::Mat& image) {
+  auto result = ProcessFrame(
+      segmenter,
+      {.index = index, .time_seconds = 0.1 * static_cast<double>(index), .image = image});
   EXPECT_EQ(result.map.grid.width, image.cols);
   EXPECT_EQ(static_cast<int64_t>(result.map.probability.size()), result.map.grid.size());
   EXPECT_NE(result.record.learnt, !result.record.reason.empty());
@@ -88,14 +89,14 @@ double Auc(DriveProfile profile, const Disturbance* disturbance, cv::Size size) 
   for (int i = 0; i < kFrames; ++i) {
     if (disturbance != nullptr && i == kMiddle) {
       for (int step = 0; step < disturbance->count; ++step) {
-        const OnlineSegmenter::Result result =
+        const ProcessedFrame result =
             Process(*segmenter, next_index++, disturbance->frame(TheDrive().images[i - 1], step));
         EXPECT_FALSE(disturbance->nothing_is_learnt && result.record.learnt) << step;
       }
       size = disturbance->size_after;
       i += disturbance->skipped;
     }
-    const OnlineSegmenter::Result result =
+    const ProcessedFrame result =
         Process(*segmenter, next_index++, Resized(TheDrive().images[i], size, cv::INTER_AREA));
     if (i >= kScoredFrom) {
       EXPECT_TRUE(result.record.learnt) << result.record.reason;
@@ -106,6 +107,13 @@ double Auc(DriveProfile profile, const Disturbance* disturbance, cv::Size size) 
 }
 
 }  // namespace
+
+ProcessedFrame ProcessFrame(OnlineSegmenter& segmenter, const Frame& frame) {
+  auto learnt = Value(segmenter.Learn(frame, Value(segmenter.labeller().Extract(frame)), true, {}));
+  ProcessedFrame result{.record = std::move(learnt.record)};
+  result.map = Value(segmenter.Infer(frame, *learnt.posterior, result.record));
+  return result;
+}
 
 cv::Mat WithNoise(const cv::Mat& image, double deviation, uint64_t seed) {
   cv::RNG random(seed);

@@ -8,6 +8,8 @@
 #include <opencv2/core.hpp>
 #include <string>
 
+#include "vision/segmentation/online_segmenter.h"
+
 namespace egosieve::vision {
 
 struct Disturbance {
@@ -19,6 +21,13 @@ struct Disturbance {
   int skipped = 0;                 // of the drive's own frames, behind them
   cv::Size size_after = {};        // of the frames behind them; empty: as before
 };
+
+struct ProcessedFrame {
+  SegmentationMap map;
+  FrameRecord record;
+};
+// The frame through all steps of the segmenter.
+ProcessedFrame ProcessFrame(OnlineSegmenter& segmenter, const Frame& frame);
 
 enum class DriveProfile { kDefault, kFast };
 

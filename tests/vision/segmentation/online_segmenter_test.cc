@@ -29,8 +29,8 @@ class OnlineSegmenterTest : public testing::Test {
     return Value(OnlineSegmenter::Create(context, options));
   }
 
-  OnlineSegmenter::Result Process(OnlineSegmenter& segmenter, const Frame& frame) {
-    return Value(segmenter.Process(frame));
+  ProcessedFrame Process(OnlineSegmenter& segmenter, const Frame& frame) {
+    return ProcessFrame(segmenter, frame);
   }
 
   // The share of pairs (pixel of the square, other pixel) that the map orders rightly.

@@ -43,7 +43,9 @@ TEST(OutOfMemory, IsAnErrorWhicheverAllocationFails) {
   constexpr int64_t kCalls = 12;
   for (int64_t call = 0; call <= kCalls; ++call) {
     auto segmenter = Value(OnlineSegmenter::Create(context, options));
-    ASSERT_TRUE(segmenter->Process(drive.At(0)).ok());
+    ASSERT_TRUE(
+        segmenter->Learn(drive.At(0), Value(segmenter->labeller().Extract(drive.At(0))), true, {})
+            .ok());
     auto extracted = Value(segmenter->labeller().Extract(drive.At(1)));
     calls_until_refusal = call < kCalls ? call : -1;
     const auto learnt = kernels::CatchExceptions(
