@@ -326,8 +326,7 @@ void TrackLabeller::UseGround(const ExtractedFrame& before, const ExtractedFrame
 
 absl::Status TrackLabeller::LabelTracks(const ExtractedFrame& before, const ExtractedFrame& frame,
                                         const Pictures& ahead, LabelledFrame& result) {
-  // Empty if the pictures are too small for flow.
-  auto grid = std::make_shared<const TrackedGrid>();
+  auto grid = std::make_shared<const TrackedGrid>();  // empty if too small for flow
   if (IsLargeEnoughForFlow(frame.grey.size())) {
     Stopwatch watch;
     EGOSIEVE_RETURN_IF_ERROR(pair_motions_.flows().Between(before, frame).status());
