@@ -373,10 +373,12 @@ class Adjustment {
 struct Solution {
   AdjustedLens lens;
   double k1_variance = 0.0;
+  double gain = 0.0;  // by how much (BA4) is less than with k1 = 0, everything else adjusted
 };
 
 // From where the search ended. Nothing where no window shows a rigid scene.
-std::optional<Solution> Solve(Adjustment adjustment, State state, Distortion distortion) {
+std::optional<Solution> Solve(Adjustment adjustment, State searched, Distortion distortion) {
+  State state = searched;
   const double start = adjustment.Minimise(distortion, kStartNoisePixels, state);
   if (!adjustment.DropNoisyWindows(state)) return std::nullopt;
   const double noise = adjustment.Noise(state);
@@ -384,9 +386,20 @@ std::optional<Solution> Solve(Adjustment adjustment, State state, Distortion dis
   const std::optional<Eigen::Vector2d> variances =
       adjustment.LensVariances(distortion, noise, state);
   if (std::isnan(start + value) || !variances) return std::nullopt;
+  double gain = 0.0;
+  if (distortion != Distortion::kNone) {
+    // (BA4) has many minima: from here and from where the search ended.
+    State straight = state;
+    straight[1] = 0.0;
+    straight[2] = kCourse;
+    gain = std::min(adjustment.Minimise(Distortion::kNone, noise, straight),
+                    adjustment.Minimise(Distortion::kNone, noise, searched)) -
+           value;
+  }
   return Solution{{std::exp(state[0]), std::sqrt((*variances)(0)), state[1], state[2], noise,
                    adjustment.windows()},
-                  (*variances)(1)};
+                  (*variances)(1),
+                  gain};
 }
 
 // (BA5)
@@ -395,8 +408,9 @@ bool IsDistorted(const Solution& with) {
   const double told = 1.0 / with.k1_variance - prior;  // by the drive
   const double by_drive = with.lens.k1 / (with.k1_variance * told);
   const double trusted = told / (kScatter * kScatter);
-  const double ratio = std::sqrt(1.0 + trusted / prior) *
-                       std::exp(-0.5 * std::pow(by_drive * trusted, 2) / (trusted + prior));
+  const double near = 0.5 * std::pow(by_drive * trusted, 2) / (trusted + prior);
+  const double far = with.gain / (kScatter * kScatter);
+  const double ratio = std::sqrt(1.0 + trusted / prior) * std::exp(-std::min(near, far));
   return ratio < kDistortedShare / (1.0 - kDistortedShare);
 }
 

@@ -42,7 +42,9 @@
 //   p(k1 = 0 | data) < p(k1 = 0) / 3                                                        (BA5)
 //
 // where the data's deviation of k1 is taken for twice as large: over 33 clips of DAVIS, most of
-// them hand-held, k1 scatters about 0 by 2.0 of its deviations. Where a camera drives straight on,
+// them hand-held, k1 scatters about 0 by 2.0 of its deviations. The left side is the larger one of
+// two: by the normal distribution at the optimum, and by how much less (BA4) is there than where
+// k1 = 0 and all else is adjusted again. Far from the optimum the first can be wrong by orders. Where a camera drives straight on,
 // its distortion is not told, and does no harm: along the lines through the middle nothing bends.
 //
 // References: Triggs, McLauchlan, Hartley & Fitzgibbon (2000); Hartley & Zisserman, 2nd ed., 19.

@@ -13,9 +13,9 @@ constexpr int kIterations = 60;
 // Because of sideslip, pitch and bumps no direction of a vehicle is known better than to 3 degrees.
 constexpr double kGreatestConcentration = 400.0;
 constexpr double kLeastConcentration = 1.0;
-// Of a vehicle: 4 degrees. The directions of one that drives spread by up to 2, those of a camera
-// that a person carries by more than 6.
-constexpr double kLeastOfVehicle = 200.0;
+// Of a vehicle: 3.5 degrees. The directions of one that drives spread by up to 2, on a mount that
+// shakes by 3.3, those of a camera that a person carries by more than 6, if he pans also by 4.
+constexpr double kLeastOfVehicle = 270.0;
 constexpr double kStartConcentration = 100.0;
 constexpr double kStartShare = 0.5;
 // For the share: counts as this many additional directions away from the mean.
