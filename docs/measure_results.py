@@ -32,6 +32,12 @@ DATA = Path(os.environ.get("EGOSIEVE_DATA", ROOT.parent / "shared" / "data"))
 EVALUATE = "tools/evaluate/egosieve-eval"
 SUITE = f"{EVALUATE} suite %s --max-frames=24 --no-plots -q --out={{out}}/%s"
 
+# The last 24 frames of each clip that has 40 or more, as clips of their own.
+ENDS = (
+    "rm -rf {out}/ends; for d in {data}/davis-train/*; do [ $(ls $d/frames | wc -l) -ge 40 ] || continue; c={out}/ends/$(basename $d); "
+    "mkdir -p $c/frames $c/masks; for f in $(ls $d/frames | tail -24); do ln -s $(realpath $d/frames/$f) $c/frames; "
+    "ln -s $(realpath $d/masks/${{f%.*}}.png) $c/masks; done; done; "
+)
 DRIVING = "mkdir -p {out}/driving; for d in kitti-cyclist kitti-residential kt3dmoseg; do ln -sfn $(realpath {data}/$d) {out}/driving/$d; done; "
 
 
@@ -84,6 +90,7 @@ def clock(name):
 # name: what it runs, and how its figures are read. The run's own seconds are always among them.
 MEASUREMENTS = {
     "davis_train": (SUITE % ("{data}/davis-train", "davis_train"), lambda n: suite(n) | doubt(n)),
+    "davis_ends": (ENDS + SUITE % ("{out}/ends", "davis_ends"), lambda n: suite(n) | doubt(n)),
     "davis": (SUITE % ("{data}/davis", "davis"), suite),
     "real": (DRIVING + SUITE % ("{out}/driving", "real"), suite),
     "live": (DRIVING + SUITE % ("{out}/driving", "live") + " --no-masks --segment-flags='--ahead=0 --no_first_pass'", suite),
