@@ -105,7 +105,8 @@ std::vector<cv::Mat1f> Smooth(const std::vector<cv::Mat1b>& reduced) {
 
 // Step 1.
 FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image) {
-  FixedPlaces places{.image = image};
+  FixedPlaces places;
+  places.image = image;
   const cv::Mat1f median = MedianPicture(pictures);
   median.convertTo(places.median, CV_8U);
   const FixedPattern pattern(median);
@@ -172,15 +173,19 @@ bool FixedPlaces::IsFixedIn(size_t picture, double x, double y) const {
 }
 
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image) {
-  if (reduced.size() < kLeastPictures) return {.image = image};
-  return FixedIn(Smooth(reduced), image);
+  FixedPlaces places;
+  places.image = image;
+  if (reduced.size() >= kLeastPictures) places = FixedIn(Smooth(reduced), image);
+  return places;
 }
 
 FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image) {
-  if (reduced.size() < kLeastPictures) return {.image = image};
+  FixedPlaces places;
+  places.image = image;
+  if (reduced.size() < kLeastPictures) return places;
   SteadyPictures steady = SteadyOnMount(Smooth(reduced));
-  if (TypicalShake(steady) <= kMostShiftPixels) return {.image = image};
-  FixedPlaces places = FixedIn(steady.pictures, image);
+  if (TypicalShake(steady) <= kMostShiftPixels) return places;
+  places = FixedIn(steady.pictures, image);
   places.shakes = std::move(steady.shakes);
   return places;
 }
