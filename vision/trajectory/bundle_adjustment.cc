@@ -388,10 +388,9 @@ std::optional<Solution> Solve(Adjustment adjustment, State searched, Distortion 
   if (std::isnan(start + value) || !variances) return std::nullopt;
   double gain = 0.0;
   if (distortion != Distortion::kNone) {
-    // (BA4) has many minima: from here and from where the search ended.
     State straight = state;
     straight[1] = 0.0;
-    straight[2] = kCourse;
+    // (BA4) has many minima: from here and from where the search ended.
     gain = std::min(adjustment.Minimise(Distortion::kNone, noise, straight),
                     adjustment.Minimise(Distortion::kNone, noise, searched)) -
            value;
@@ -404,13 +403,12 @@ std::optional<Solution> Solve(Adjustment adjustment, State searched, Distortion 
 
 // (BA5)
 bool IsDistorted(const Solution& with) {
+  constexpr double kDistrust = kScatter * kScatter;
   const double prior = 1.0 / (kDistortionDeviation * kDistortionDeviation);
-  const double told = 1.0 / with.k1_variance - prior;  // by the drive
-  const double by_drive = with.lens.k1 / (with.k1_variance * told);
-  const double trusted = told / (kScatter * kScatter);
-  const double near = 0.5 * std::pow(by_drive * trusted, 2) / (trusted + prior);
-  const double far = with.gain / (kScatter * kScatter);
-  const double ratio = std::sqrt(1.0 + trusted / prior) * std::exp(-std::min(near, far));
+  const double trusted = (1.0 / with.k1_variance - prior) / kDistrust;  // of what the drive tells
+  const double z = with.lens.k1 / (with.k1_variance * kDistrust);
+  const double nats = std::min(0.5 * z * z / (trusted + prior), with.gain / kDistrust);
+  const double ratio = std::sqrt(1.0 + trusted / prior) * std::exp(-nats);
   return ratio < kDistortedShare / (1.0 - kDistortedShare);
 }
 
