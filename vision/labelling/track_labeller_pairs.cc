@@ -190,7 +190,7 @@ void TrackLabeller::MarkUnbounded(const ExtractedFrame& frame, const TwoViewMoti
     }
   }
   const TravelPrior& prior = travel();
-  if (!prior.IsOfVehicle() || !MovesForwardOrBack(prior.direction)) return;
+  if (!prior.IsOfVehicle()) return;
   const Pinhole camera = Camera(frame.grey.size());
   const LinesAlongTravel lines(frame.grey, camera, prior.direction);
   // By the longest pair that follows the point.

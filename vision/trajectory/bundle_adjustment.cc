@@ -1,7 +1,6 @@
 #include "vision/trajectory/bundle_adjustment.h"
 
 #include <ceres/ceres.h>
-#include <ceres/rotation.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
@@ -20,6 +19,7 @@
 #include "vision/geometry/point_pair.h"
 #include "vision/geometry/relative_pose.h"
 #include "vision/statistics/order_statistics.h"
+#include "vision/trajectory/bundle_adjustment_terms.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
@@ -27,6 +27,8 @@ namespace {
 
 constexpr double kDistortedShare = 0.25;
 constexpr double kScatter = 2.0;  // of k1, in its deviations
+constexpr double kDistrust = kScatter * kScatter;
+constexpr double kDistortionPrior = 1.0 / (kDistortionDeviation * kDistortionDeviation);
 constexpr double kCauchyScale = 2.0;
 constexpr double kStartNoisePixels = 1.0, kLeastNoisePixels = 0.1, kMostNoisePixels = 0.5;
 constexpr size_t kFewestTracks = 20;
@@ -35,86 +37,6 @@ constexpr std::array<double, 7> kStartRatios = {0.35, 0.5, 0.75, 1.1, 1.6, 2.4, 
 constexpr int kPose = 6, kLens = 3;         // unknowns per picture, and of all pictures
 constexpr double kLeastParallax = 1e-3;     // at the start of the search
 constexpr double kLeastInformation = 1e-9;  // added for unknowns that no point determines
-
-// The terms of (BA4).
-constexpr double kLogFocalScale = 0.4, kScaleDeviation = 0.1;
-constexpr double kDistortionDeviation = 0.2;
-constexpr double kCourse = 1.2, kCourseDeviation = 0.8;
-constexpr int kUndistortSteps = 5;
-constexpr double kLeastSlope = 0.1;   // of a lens that does not fold
-constexpr double kLeastDepth = 1e-3;  // of X; nearer points are moved to this depth
-
-// |u| over |x - c| / f, where a is k1 |x - c|^2 / f^2. By Newton's method.
-template <typename T>
-T UndistortedShare(const T& a, const T& kappa) {
-  T t(1.0);
-  for (int k = 0; k < kUndistortSteps; ++k) {
-    const T z = a * t * t;
-    const T slope = 1.0 + z * (3.0 + 5.0 * kappa * z);
-    t -= (t * (1.0 + z * (1.0 + kappa * z)) - 1.0) / (slope > kLeastSlope ? slope : T(kLeastSlope));
-  }
-  return t;
-}
-
-// (BA3) / sigma of one observation. log_ratio: log(f / L). distortion: k1, kappa.
-// pose: R as angle times axis, then t.
-struct Reprojection {
-  // Positions in the first picture and in this one, relative to the principal point, pixels.
-  cv::Point2d start, seen;
-  double side = 0.0;   // L
-  double noise = 0.0;  // sigma
-
-  template <typename T>
-  bool operator()(const T* log_ratio, const T* distortion, const T* pose, const T* inverse_depth,
-                  T* residual) const {
-    const T focal = exp(*log_ratio) * side;
-    const T u = start.x / focal, v = start.y / focal;
-    const T share = UndistortedShare(distortion[0] * (u * u + v * v), distortion[1]);
-    const T ray[3] = {share * u, share * v, T(1.0)};
-    T point[3];
-    ceres::AngleAxisRotatePoint(pose, ray, point);
-    for (int k = 0; k < 3; ++k) point[k] += *inverse_depth * pose[3 + k];
-    const T depth = point[2] > kLeastDepth ? point[2] : T(kLeastDepth);
-    const T x = point[0] / depth, y = point[1] / depth;
-    const T z = distortion[0] * (x * x + y * y);
-    const T scale = focal * (1.0 + z * (1.0 + distortion[1] * z));
-    residual[0] = (scale * x - seen.x) / noise;
-    residual[1] = (scale * y - seen.y) / noise;
-    return true;
-  }
-};
-
-struct ScaleGauge {
-  template <typename T>
-  bool operator()(const T* pose, T* residual) const {
-    const T square = pose[3] * pose[3] + pose[4] * pose[4] + pose[5] * pose[5];
-    residual[0] = (sqrt(square + 1e-12) - 1.0) / kScaleDeviation;
-    return true;
-  }
-};
-
-struct FocalPrior {
-  template <typename T>
-  bool operator()(const T* log_ratio, T* residual) const {
-    residual[0] = (*log_ratio - std::log(AdjustedLens().focal_ratio)) / kLogFocalScale;
-    return true;
-  }
-};
-
-struct DistortionPrior {
-  template <typename T>
-  bool operator()(const T* distortion, T* residual) const {
-    residual[0] = distortion[0] / kDistortionDeviation;
-    residual[1] = (distortion[1] - kCourse) / kCourseDeviation;
-    return true;
-  }
-};
-
-// -log t_3 of a residual, without its constant.
-ceres::LossFunction* StudentThree() {
-  return new ceres::ScaledLoss(new ceres::CauchyLoss(std::sqrt(3.0)), 4.0 / 3.0,
-                               ceres::TAKE_OWNERSHIP);
-}
 
 // All unknowns in one array, so that their order in memory, by which Ceres orders them, is always
 // the same: log(f / L), k1, kappa, then window by window the poses of pictures 1..K and the inverse depths.
@@ -370,14 +292,26 @@ class Adjustment {
   size_t size_ = kLens;  // of the State
 };
 
-struct Solution {
-  AdjustedLens lens;
-  double k1_variance = 0.0;
-  double gain = 0.0;  // by how much (BA4) is less than with k1 = 0, everything else adjusted
-};
+// (BA5), where k1 = 0 is less likely than the optimum by so many nats. trusted: the information of
+// the drive's data on k1, as far as it is trusted.
+bool IsDistorted(double trusted, double nats) {
+  return std::sqrt(1.0 + trusted / kDistortionPrior) * std::exp(-nats) <
+         kDistortedShare / (1.0 - kDistortedShare);
+}
 
-// From where the search ended. Nothing where no window shows a rigid scene.
-std::optional<Solution> Solve(Adjustment adjustment, State searched, Distortion distortion) {
+// The value of (BA4) with k1 = 0. It has many minima: from the optimum with k1 and from where the
+// search ended.
+double ValueWithoutDistortion(const Adjustment& adjustment, double noise, State optimum,
+                              State searched) {
+  optimum[1] = 0.0;
+  return std::min(adjustment.Minimise(Distortion::kNone, noise, optimum),
+                  adjustment.Minimise(Distortion::kNone, noise, searched));
+}
+
+// From where the search ended. Nothing where no window shows a rigid scene, or with k1 where the
+// data do not prove it.
+std::optional<AdjustedLens> Solve(Adjustment adjustment, const State& searched,
+                                  Distortion distortion) {
   State state = searched;
   const double start = adjustment.Minimise(distortion, kStartNoisePixels, state);
   if (!adjustment.DropNoisyWindows(state)) return std::nullopt;
@@ -386,30 +320,17 @@ std::optional<Solution> Solve(Adjustment adjustment, State searched, Distortion 
   const std::optional<Eigen::Vector2d> variances =
       adjustment.LensVariances(distortion, noise, state);
   if (std::isnan(start + value) || !variances) return std::nullopt;
-  double gain = 0.0;
-  if (distortion != Distortion::kNone) {
-    State straight = state;
-    straight[1] = 0.0;
-    // (BA4) has many minima: from here and from where the search ended.
-    gain = std::min(adjustment.Minimise(Distortion::kNone, noise, straight),
-                    adjustment.Minimise(Distortion::kNone, noise, searched)) -
-           value;
-  }
-  return Solution{{std::exp(state[0]), std::sqrt((*variances)(0)), state[1], state[2], noise,
-                   adjustment.windows()},
-                  (*variances)(1),
-                  gain};
-}
-
-// (BA5)
-bool IsDistorted(const Solution& with) {
-  constexpr double kDistrust = kScatter * kScatter;
-  const double prior = 1.0 / (kDistortionDeviation * kDistortionDeviation);
-  const double trusted = (1.0 / with.k1_variance - prior) / kDistrust;  // of what the drive tells
-  const double z = with.lens.k1 / (with.k1_variance * kDistrust);
-  const double nats = std::min(0.5 * z * z / (trusted + prior), with.gain / kDistrust);
-  const double ratio = std::sqrt(1.0 + trusted / prior) * std::exp(-nats);
-  return ratio < kDistortedShare / (1.0 - kDistortedShare);
+  const AdjustedLens lens{
+      std::exp(state[0]),  std::sqrt((*variances)(0)), state[1], state[2], noise,
+      adjustment.windows()};
+  if (distortion == Distortion::kNone) return lens;
+  const double information = 1.0 / (*variances)(1);
+  const double trusted = (information - kDistortionPrior) / kDistrust;
+  const double pull = lens.k1 * information / kDistrust;
+  if (!IsDistorted(trusted, 0.5 * pull * pull / (trusted + kDistortionPrior))) return std::nullopt;
+  const double without = ValueWithoutDistortion(adjustment, noise, state, searched);
+  if (!IsDistorted(trusted, (without - value) / kDistrust)) return std::nullopt;
+  return lens;
 }
 
 }  // namespace
@@ -431,11 +352,9 @@ AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image,
   const Adjustment adjustment(usable, image);
   const State start = adjustment.Search();
   if (distortion == Distortion::kRadial) {
-    const std::optional<Solution> with = Solve(adjustment, start, distortion);
-    if (with && IsDistorted(*with)) return with->lens;
+    if (const auto distorted = Solve(adjustment, start, distortion)) return *distorted;
   }
-  const std::optional<Solution> without = Solve(adjustment, start, Distortion::kNone);
-  return without ? without->lens : AdjustedLens();
+  return Solve(adjustment, start, Distortion::kNone).value_or(AdjustedLens());
 }
 
 Lens LensOf(const AdjustedLens& adjusted, cv::Size image) {
