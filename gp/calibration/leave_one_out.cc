@@ -5,7 +5,6 @@
 #include <numeric>
 #include <random>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -69,10 +68,8 @@ absl::StatusOr<LeaveOneOut> ComputeLeaveOneOut(const IncrementalCholesky& factor
     const double whole = diagonal[i];
     if (!mean_shares.empty()) diagonal[i] -= mean_shares[row];
     // A smaller rest of `whole` is rounding error.
-    if (!(diagonal[i] > kLeastShare * whole)) {
-      return absl::FailedPreconditionError(
-          absl::StrFormat("without point %d the others do not determine the mean function", row));
-    }
+    EGOSIEVE_REQUIRE(FailedPrecondition, diagonal[i] > kLeastShare * whole,
+                     "without point %d the others do not determine the mean function", row);
     for (size_t c = 0; c < outputs; ++c) {
       const size_t place = row * outputs + c;
       result.mean[i * outputs + c] = targets[place] - alpha[place] / diagonal[i];

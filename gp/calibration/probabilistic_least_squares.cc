@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -74,19 +73,18 @@ class SquashProblem {
 
 absl::Status CheckPoints(absl::Span<const double> means, absl::Span<const double> variances,
                          absl::Span<const double> labels) {
-  if (means.size() != variances.size() || means.size() != labels.size()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d means, %d variances and %d labels; the sizes must be equal",
-                        means.size(), variances.size(), labels.size()));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   means.size() == variances.size() && means.size() == labels.size(),
+                   "%d means, %d variances and %d labels; the sizes must be equal", means.size(),
+                   variances.size(), labels.size());
   for (size_t i = 0; i < means.size(); ++i) {
-    if (!(std::isfinite(means[i]) && variances[i] >= 0.0 && std::isfinite(variances[i]) &&
-          labels[i] >= 0.0 && labels[i] <= 1.0)) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "point %d: mean %g, variance %g, label %g; the mean must be finite, the variance finite "
-          "and not negative, the label in [0, 1]",
-          i, means[i], variances[i], labels[i]));
-    }
+    EGOSIEVE_REQUIRE(
+        InvalidArgument,
+        std::isfinite(means[i]) && variances[i] >= 0.0 && std::isfinite(variances[i]) &&
+            labels[i] >= 0.0 && labels[i] <= 1.0,
+        "point %d: mean %g, variance %g, label %g; the mean must be finite, the variance finite "
+        "and not negative, the label in [0, 1]",
+        i, means[i], variances[i], labels[i]);
   }
   return absl::OkStatus();
 }
@@ -114,14 +112,11 @@ absl::StatusOr<SquashParameters> FitSquash(absl::Span<const double> means,
                                            absl::Span<const double> variances,
                                            absl::Span<const double> labels,
                                            const SquashParameters& start, double class_share) {
-  if (!(class_share >= 0.0 && class_share < 1.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("class_share = %g; it must be in [0, 1)", class_share));
-  }
-  if (!(start.a > 0.0 && std::isfinite(start.a) && std::isfinite(start.b))) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "start: a = %g, b = %g; a must be positive and both finite", start.a, start.b));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, class_share >= 0.0 && class_share < 1.0,
+                   "class_share = %g; it must be in [0, 1)", class_share);
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   start.a > 0.0 && std::isfinite(start.a) && std::isfinite(start.b),
+                   "start: a = %g, b = %g; a must be positive and both finite", start.a, start.b);
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints(means, variances, labels));
   const double t_low = std::log(kLeastA), t_high = std::log(kLargestA), b_high = kLargestB;
   double t = std::clamp(std::log(start.a), t_low, t_high);

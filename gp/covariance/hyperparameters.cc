@@ -4,7 +4,6 @@
 #include <cmath>
 #include <random>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
@@ -40,11 +39,9 @@ std::vector<double> ToLogarithms(const Hyperparameters& hyperparameters) {
 
 absl::StatusOr<Hyperparameters> FromLogarithms(const Hyperparameters& like,
                                                absl::Span<const double> theta) {
-  if (static_cast<int64_t>(theta.size()) != like.count()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("theta has %d values; it holds %d scales, log sigma_f and log sigma_n",
-                        theta.size(), like.covariance.scales.size()));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, static_cast<int64_t>(theta.size()) == like.count(),
+                   "theta has %d values; it holds %d scales, log sigma_f and log sigma_n",
+                   theta.size(), like.covariance.scales.size());
   Hyperparameters hyperparameters = like;
   std::vector<double>& scales = hyperparameters.covariance.scales;
   for (size_t i = 0; i < scales.size(); ++i) scales[i] = std::exp(theta[i]);
@@ -89,16 +86,15 @@ bool HyperparameterBounds::Contains(absl::Span<const double> theta) const {
 }
 
 absl::Status HyperparameterBounds::Validate(int64_t count) const {
-  if (static_cast<int64_t>(lower.size()) != count || static_cast<int64_t>(upper.size()) != count) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("bounds hold %d and %d values; there are %d hyperparameters", lower.size(),
-                        upper.size(), count));
-  }
+  EGOSIEVE_REQUIRE(
+      InvalidArgument,
+      static_cast<int64_t>(lower.size()) == count && static_cast<int64_t>(upper.size()) == count,
+      "bounds hold %d and %d values; there are %d hyperparameters", lower.size(), upper.size(),
+      count);
   for (int64_t i = 0; i < count; ++i) {
-    if (!(std::isfinite(lower[i]) && std::isfinite(upper[i]) && lower[i] <= upper[i])) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "bounds[%d] = [%g, %g]; they must be finite and in order", i, lower[i], upper[i]));
-    }
+    EGOSIEVE_REQUIRE(
+        InvalidArgument, std::isfinite(lower[i]) && std::isfinite(upper[i]) && lower[i] <= upper[i],
+        "bounds[%d] = [%g, %g]; they must be finite and in order", i, lower[i], upper[i]);
   }
   return absl::OkStatus();
 }

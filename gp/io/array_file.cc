@@ -37,11 +37,6 @@ struct Free {
 using Archive = std::unique_ptr<zip_t, Free>;
 using Source = std::unique_ptr<zip_source_t, Free>;
 
-template <typename... Args>
-absl::Status Damaged(const absl::FormatSpec<Args...>& format, const Args&... args) {
-  return absl::DataLossError(absl::StrFormat(format, args...));
-}
-
 template <typename T>
 constexpr std::string_view TypeCode() {
   if constexpr (std::is_same_v<T, double>) return "<f8";
@@ -98,14 +93,12 @@ absl::Status TakeElements(const std::string& name, std::string_view data, NamedA
   // The product of the shape cannot overflow if each extent is at most the number of bytes.
   uint64_t count = 1;
   for (const int64_t extent : array.shape) {
-    if (extent != 0 && count > data.size() / static_cast<uint64_t>(extent)) {
-      return Damaged("array %s: its shape needs more than its %d bytes", name, data.size());
-    }
+    EGOSIEVE_REQUIRE(DataLoss, extent == 0 || count <= data.size() / static_cast<uint64_t>(extent),
+                     "array %s: its shape needs more than its %d bytes", name, data.size());
     count *= static_cast<uint64_t>(extent);
   }
-  if (count * sizeof(T) != data.size()) {
-    return Damaged("array %s: %d elements in %d bytes", name, count, data.size());
-  }
+  EGOSIEVE_REQUIRE(DataLoss, count * sizeof(T) == data.size(), "array %s: %d elements in %d bytes",
+                   name, count, data.size());
   std::vector<T> elements(count);
   if (count > 0) std::memcpy(elements.data(), data.data(), data.size());
   array.elements = std::move(elements);
@@ -113,25 +106,22 @@ absl::Status TakeElements(const std::string& name, std::string_view data, NamedA
 }
 
 absl::StatusOr<NamedArray> FromNpy(const std::string& name, std::string_view bytes) {
-  if (bytes.size() < kPreludeSize || bytes.substr(0, kMagic.size()) != kMagic) {
-    return Damaged("array %s: not in NumPy's format 1.0", name);
-  }
+  EGOSIEVE_REQUIRE(DataLoss,
+                   bytes.size() >= kPreludeSize && bytes.substr(0, kMagic.size()) == kMagic,
+                   "array %s: not in NumPy's format 1.0", name);
   uint16_t header_size = 0;
   std::memcpy(&header_size, bytes.data() + kMagic.size(), sizeof(header_size));
-  if (header_size > bytes.size() - kPreludeSize) {
-    return Damaged("array %s: its header is cut off", name);
-  }
+  EGOSIEVE_REQUIRE(DataLoss, header_size <= bytes.size() - kPreludeSize,
+                   "array %s: its header is cut off", name);
   std::string_view header = bytes.substr(kPreludeSize, header_size);
   const std::string_view data = bytes.substr(kPreludeSize + header_size);
   NamedArray array;
-  if (!Take("{'descr': '", header)) return Damaged("array %s: unreadable header", name);
+  EGOSIEVE_REQUIRE(DataLoss, Take("{'descr': '", header), "array %s: unreadable header", name);
   const std::string_view type = header.substr(0, 3);
   header.remove_prefix(type.size());
-  if (!Take("', 'fortran_order': False, 'shape': (", header)) {
-    return absl::UnimplementedError(
-        absl::StrFormat("array %s: only row-major arrays of 3-letter types are read", name));
-  }
-  if (!TakeShape(header, array.shape)) return Damaged("array %s: unreadable shape", name);
+  EGOSIEVE_REQUIRE(Unimplemented, Take("', 'fortran_order': False, 'shape': (", header),
+                   "array %s: only row-major arrays of 3-letter types are read", name);
+  EGOSIEVE_REQUIRE(DataLoss, TakeShape(header, array.shape), "array %s: unreadable shape", name);
   absl::Status status;
   if (type == TypeCode<double>()) {
     status = TakeElements<double>(name, data, array);
@@ -154,7 +144,7 @@ absl::Status ZipError(absl::StatusCode code, const std::string& what, zip_error_
 
 // The archive shares `source`.
 absl::StatusOr<Archive> Open(zip_source_t* source, int flags) {
-  if (source == nullptr) return absl::ResourceExhaustedError("out of memory");
+  EGOSIEVE_REQUIRE(ResourceExhausted, source != nullptr, "out of memory");
   zip_error_t error;
   zip_error_init(&error);
   zip_source_keep(source);
@@ -214,19 +204,17 @@ absl::StatusOr<std::string> ReadMember(zip_t* archive, zip_uint64_t index, size_
   if (more < 0) {
     return ZipError(absl::StatusCode::kDataLoss, what, zip_file_get_error(member.get()));
   }
-  if (read != static_cast<zip_int64_t>(size) || more != 0) {
-    return Damaged("%s: it has not the size of its directory entry", what);
-  }
+  EGOSIEVE_REQUIRE(DataLoss, read == static_cast<zip_int64_t>(size) && more == 0,
+                   "%s: it has not the size of its directory entry", what);
   return bytes;
 }
 
 }  // namespace
 
 absl::StatusOr<std::string> SerializeArrays(const ArrayMap& arrays) {
-  if (arrays.empty() || static_cast<int64_t>(arrays.size()) > kMaxArraysInFile) {
-    return absl::FailedPreconditionError(
-        absl::StrFormat("%d arrays; from 1 to %d can be read", arrays.size(), kMaxArraysInFile));
-  }
+  EGOSIEVE_REQUIRE(FailedPrecondition,
+                   !arrays.empty() && static_cast<int64_t>(arrays.size()) <= kMaxArraysInFile,
+                   "%d arrays; from 1 to %d can be read", arrays.size(), kMaxArraysInFile);
   const Source bytes(zip_source_buffer_create(nullptr, 0, 0, nullptr));
   std::list<std::string> headers;  // until the archive is closed
   EGOSIEVE_ASSIGN_OR_RETURN(Archive archive, Open(bytes.get(), ZIP_CREATE | ZIP_TRUNCATE));
@@ -234,10 +222,8 @@ absl::StatusOr<std::string> SerializeArrays(const ArrayMap& arrays) {
   for (const auto& [name, array] : arrays) {
     headers.push_back(NpyHeader(array));
     size += headers.back().size() + Elements(array).length;
-    if (size > kMaximumBytes) {
-      return absl::FailedPreconditionError(
-          absl::StrFormat("array %s: the arrays would pass 4 GiB", name));
-    }
+    EGOSIEVE_REQUIRE(FailedPrecondition, size <= kMaximumBytes,
+                     "array %s: the arrays would pass 4 GiB", name);
     EGOSIEVE_RETURN_IF_ERROR(
         AddMember(absl::StrCat(name, kSuffix), headers.back(), array, archive.get()));
   }
@@ -252,9 +238,8 @@ absl::StatusOr<ArrayMap> ParseArrays(std::string_view bytes) {
   const Source source(zip_source_buffer_create(bytes.data(), bytes.size(), 0, nullptr));
   EGOSIEVE_ASSIGN_OR_RETURN(const Archive archive, Open(source.get(), ZIP_RDONLY | ZIP_CHECKCONS));
   const int64_t count = zip_get_num_entries(archive.get(), 0);
-  if (count < 1 || count > kMaxArraysInFile) {
-    return Damaged("%d members; from 1 to %d are read", count, kMaxArraysInFile);
-  }
+  EGOSIEVE_REQUIRE(DataLoss, count >= 1 && count <= kMaxArraysInFile,
+                   "%d members; from 1 to %d are read", count, kMaxArraysInFile);
   // Overlapping members would need more memory than the file.
   uint64_t left = bytes.size();
   ArrayMap arrays;
@@ -264,15 +249,15 @@ absl::StatusOr<ArrayMap> ParseArrays(std::string_view bytes) {
       return ZipError(absl::StatusCode::kDataLoss, absl::StrCat("member ", i),
                       zip_get_error(archive.get()));
     }
-    if (stat.comp_method != ZIP_CM_STORE || stat.encryption_method != ZIP_EM_NONE) {
-      return absl::UnimplementedError(absl::StrFormat("member %d is compressed or encrypted", i));
-    }
-    if (stat.size > left) return Damaged("member %d: the members are larger than the file", i);
+    EGOSIEVE_REQUIRE(Unimplemented,
+                     stat.comp_method == ZIP_CM_STORE && stat.encryption_method == ZIP_EM_NONE,
+                     "member %d is compressed or encrypted", i);
+    EGOSIEVE_REQUIRE(DataLoss, stat.size <= left, "member %d: the members are larger than the file",
+                     i);
     left -= stat.size;
     const std::string name = zip_get_name(archive.get(), i, ZIP_FL_ENC_RAW);
-    if (name.size() <= kSuffixSize || !name.ends_with(kSuffix)) {
-      return Damaged("member %d does not name an array", i);
-    }
+    EGOSIEVE_REQUIRE(DataLoss, name.size() > kSuffixSize && name.ends_with(kSuffix),
+                     "member %d does not name an array", i);
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string data, ReadMember(archive.get(), i, stat.size));
     EGOSIEVE_ASSIGN_OR_RETURN(arrays[name.substr(0, name.size() - kSuffixSize)],
                               FromNpy(absl::StrCat(i), data));

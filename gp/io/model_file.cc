@@ -30,26 +30,19 @@ int64_t NumberOf(CovarianceFunction function) {
 template <typename T>
 absl::StatusOr<std::vector<T>> Take(const char* name, int64_t want_size, ArrayMap& arrays) {
   const auto found = arrays.find(name);
-  if (found == arrays.end()) {
-    return absl::DataLossError(absl::StrFormat("the array %s is missing", name));
-  }
+  EGOSIEVE_REQUIRE(DataLoss, found != arrays.end(), "the array %s is missing", name);
   auto* elements = std::get_if<std::vector<T>>(&found->second.elements);
-  if (elements == nullptr) {
-    return absl::DataLossError(absl::StrFormat("the array %s has another type", name));
-  }
-  if (want_size >= 0 && static_cast<int64_t>(elements->size()) != want_size) {
-    return absl::DataLossError(absl::StrFormat("the array %s has %d elements; it must have %d",
-                                               name, elements->size(), want_size));
-  }
+  EGOSIEVE_REQUIRE(DataLoss, elements != nullptr, "the array %s has another type", name);
+  EGOSIEVE_REQUIRE(DataLoss, want_size < 0 || static_cast<int64_t>(elements->size()) == want_size,
+                   "the array %s has %d elements; it must have %d", name, elements->size(),
+                   want_size);
   return std::move(*elements);
 }
 
 absl::Status CheckVersion(ArrayMap& arrays) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> version,
                             Take<int64_t>("format_version", 1, arrays));
-  if (version[0] < 1) {
-    return absl::DataLossError(absl::StrFormat("format version %d", version[0]));
-  }
+  EGOSIEVE_REQUIRE(DataLoss, version[0] >= 1, "format version %d", version[0]);
   if (version[0] <= kModelFormatVersion) return absl::OkStatus();
   return absl::UnimplementedError(
       absl::StrFormat("format version %d; this program reads up to %d: use a newer one", version[0],
@@ -60,9 +53,8 @@ absl::Status TakeFunction(ArrayMap& arrays, kernels::CovarianceParameters& covar
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> function,
                             Take<int64_t>("covariance_function", 1, arrays));
   if (function[0] != kNamedFunction) {
-    if (function[0] != 0 && function[0] != 1) {
-      return absl::DataLossError(absl::StrFormat("covariance function %d", function[0]));
-    }
+    EGOSIEVE_REQUIRE(DataLoss, function[0] == 0 || function[0] == 1, "covariance function %d",
+                     function[0]);
     covariance.function =
         function[0] == 0 ? CovarianceFunction::kArcsine : CovarianceFunction::kSquaredExponential;
     return absl::OkStatus();
@@ -72,9 +64,8 @@ absl::Status TakeFunction(ArrayMap& arrays, kernels::CovarianceParameters& covar
   EGOSIEVE_ASSIGN_OR_RETURN(covariance.function,
                             CovarianceFunction::Parse(std::string(name.begin(), name.end())));
   const auto inputs = arrays.find("inputs");
-  if (inputs == arrays.end() || inputs->second.shape.size() != 2) {
-    return absl::DataLossError("the array inputs is missing or has another shape");
-  }
+  EGOSIEVE_REQUIRE(DataLoss, inputs != arrays.end() && inputs->second.shape.size() == 2,
+                   "the array inputs is missing or has another shape");
   covariance.dimension = inputs->second.shape[1];
   return absl::OkStatus();
 }
@@ -95,9 +86,9 @@ absl::Status TakeMeanFunction(ArrayMap& arrays, MeanFunction& mean) {
   if (arrays.find("mean_function") == arrays.end()) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> number,
                             Take<int64_t>("mean_function", 1, arrays));
-  if (number[0] < 0 || number[0] > static_cast<int64_t>(MeanFunction::kLinear)) {
-    return absl::DataLossError(absl::StrFormat("mean function %d", number[0]));
-  }
+  EGOSIEVE_REQUIRE(DataLoss,
+                   number[0] >= 0 && number[0] <= static_cast<int64_t>(MeanFunction::kLinear),
+                   "mean function %d", number[0]);
   mean = static_cast<MeanFunction>(number[0]);
   return absl::OkStatus();
 }
@@ -128,9 +119,8 @@ absl::Status TakeModel(ArrayMap& arrays, ExactModelState& model) {
 absl::Status TakeSparse(ArrayMap& arrays, std::optional<SparseModelOptions>& sparse) {
   if (arrays.find("sparse") == arrays.end()) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> numbers, Take<int64_t>("sparse", 2, arrays));
-  if (numbers[0] != 1 && numbers[0] != 2) {
-    return absl::DataLossError(absl::StrFormat("sparse approximation %d", numbers[0]));
-  }
+  EGOSIEVE_REQUIRE(DataLoss, numbers[0] == 1 || numbers[0] == 2, "sparse approximation %d",
+                   numbers[0]);
   SparseModelOptions options;
   options.approximation = numbers[0] == 1 ? SparseApproximation::kDtc : SparseApproximation::kFitc;
   options.inducing_points = numbers[1];
@@ -144,9 +134,8 @@ absl::Status TakeIterative(ArrayMap& arrays, int64_t targets,
   if (arrays.find("iterative") == arrays.end()) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> numbers,
                             Take<double>("iterative", 2, arrays));
-  if (!(numbers[0] >= 1.0 && numbers[0] <= 0x1p53)) {
-    return absl::DataLossError(absl::StrFormat("a preconditioner of rank %g", numbers[0]));
-  }
+  EGOSIEVE_REQUIRE(DataLoss, numbers[0] >= 1.0 && numbers[0] <= 0x1p53,
+                   "a preconditioner of rank %g", numbers[0]);
   IterativeFile file;
   file.options.rank = static_cast<int64_t>(numbers[0]);
   file.options.gradients.tolerance = numbers[1];
@@ -287,11 +276,10 @@ absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, bool may_be_normali
   EGOSIEVE_RETURN_IF_ERROR(TakeIterative(arrays, n * file.model.points.outputs, file.iterative));
   file.is_laplace = arrays.contains("laplace");
   file.is_normalized = arrays.contains("normalized");
-  if (file.is_normalized && !may_be_normalized) {
-    return absl::FailedPreconditionError(
-        "its y are normalised, as by normalize_y in Python, whose egosieve.GaussianProcess.load "
-        "reads it; C and C++ would predict in other units");
-  }
+  EGOSIEVE_REQUIRE(
+      FailedPrecondition, !file.is_normalized || may_be_normalized,
+      "its y are normalised, as by normalize_y in Python, whose egosieve.GaussianProcess.load "
+      "reads it; C and C++ would predict in other units");
   if (!file.sparse.has_value()) {
     EGOSIEVE_RETURN_IF_ERROR(
         CheckMemory(n, file.iterative.has_value() ? std::min(n, file.iterative->options.rank) : n));

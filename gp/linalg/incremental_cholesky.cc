@@ -61,10 +61,9 @@ void SubtractGram(ConstMatrixView<double> x, MatrixView<double> s) {
 
 absl::Status CheckRows(absl::Span<const int64_t> rows, int64_t size) {
   for (size_t i = 0; i < rows.size(); ++i) {
-    if (!(rows[i] >= 0 && rows[i] < size) || (i > 0 && rows[i] <= rows[i - 1])) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "rows[%d] = %d; rows must be strictly increasing and in [0, %d)", i, rows[i], size));
-    }
+    EGOSIEVE_REQUIRE(
+        InvalidArgument, rows[i] >= 0 && rows[i] < size && (i == 0 || rows[i] > rows[i - 1]),
+        "rows[%d] = %d; rows must be strictly increasing and in [0, %d)", i, rows[i], size);
   }
   return absl::OkStatus();
 }

@@ -85,9 +85,7 @@ absl::StatusOr<std::vector<int64_t>> PivotedRows(kernels::Context& context,
 absl::StatusOr<std::vector<double>> ChooseInducingInputs(
     kernels::Context& context, const kernels::CovarianceParameters& covariance,
     ConstMatrixView<double> x, int64_t count) {
-  if (!(count >= 1)) {
-    return absl::InvalidArgumentError("the number of inducing points must be positive");
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, count >= 1, "the number of inducing points must be positive");
   if (x.rows <= count) {
     std::vector<int64_t> rows(x.rows);
     std::iota(rows.begin(), rows.end(), int64_t{0});

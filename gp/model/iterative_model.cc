@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "absl/strings/str_format.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/tile_operations.h"
@@ -164,10 +163,8 @@ absl::StatusOr<IterativeModel> IterativeModel::Restore(std::shared_ptr<kernels::
                                                        const IterativeModelOptions& options,
                                                        std::vector<double> alpha) {
   EGOSIEVE_RETURN_IF_ERROR(state.Validate());
-  if (!alpha.empty() && alpha.size() != state.points.targets.size()) {
-    return absl::InvalidArgumentError(absl::StrFormat("%d weights; there are %d targets",
-                                                      alpha.size(), state.points.targets.size()));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, alpha.empty() || alpha.size() == state.points.targets.size(),
+                   "%d weights; there are %d targets", alpha.size(), state.points.targets.size());
   EGOSIEVE_ASSIGN_OR_RETURN(IterativeModel model,
                             Create(std::move(context), state.hyperparameters, options));
   model.points_ = state.points;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
@@ -15,23 +14,19 @@ using kernels::ConstMatrixView;
 constexpr int64_t kLargestIdentity = int64_t{1} << 62;
 
 absl::Status CheckTargets(ConstMatrixView<double> targets, int64_t count) {
-  if (targets.rows != count || targets.cols < 1) {
-    return absl::InvalidArgumentError(absl::StrFormat("%d inputs and %d x %d labels or targets",
-                                                      count, targets.rows, targets.cols));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, targets.rows == count && targets.cols >= 1,
+                   "%d inputs and %d x %d labels or targets", count, targets.rows, targets.cols);
   return kernels::CheckFinite("targets", targets);
 }
 
 absl::Status CheckNoiseVariances(absl::Span<const double> variances, int64_t count) {
-  if (!variances.empty() && static_cast<int64_t>(variances.size()) != count) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d inputs and %d noise variances", count, variances.size()));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   variances.empty() || static_cast<int64_t>(variances.size()) == count,
+                   "%d inputs and %d noise variances", count, variances.size());
   for (size_t i = 0; i < variances.size(); ++i) {
-    if (!(variances[i] >= 0.0 && std::isfinite(variances[i]))) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "noise_variances[%d] = %g; it must be finite and not negative", i, variances[i]));
-    }
+    EGOSIEVE_REQUIRE(InvalidArgument, variances[i] >= 0.0 && std::isfinite(variances[i]),
+                     "noise_variances[%d] = %g; it must be finite and not negative", i,
+                     variances[i]);
   }
   return absl::OkStatus();
 }
@@ -74,24 +69,21 @@ void PointSet::Remove(absl::Span<const int64_t> rows) {
 
 absl::Status PointSet::Validate(int64_t dimension) const {
   const size_t n = identities.size();
-  if (inputs.size() != n * dimension || insertion_times.size() != n || outputs < 1 ||
-      targets.size() != n * outputs) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "%d values of inputs of dimension %d, %d targets of %d outputs, %d "
-        "identities and %d insertion times do not fit",
-        inputs.size(), dimension, targets.size(), outputs, n, insertion_times.size()));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   inputs.size() == n * dimension && insertion_times.size() == n && outputs >= 1 &&
+                       targets.size() == n * outputs,
+                   "%d values of inputs of dimension %d, %d targets of %d outputs, %d "
+                   "identities and %d insertion times do not fit",
+                   inputs.size(), dimension, targets.size(), outputs, n, insertion_times.size());
   EGOSIEVE_RETURN_IF_ERROR(observations(dimension).Validate(dimension));
-  if (!(next_identity >= 0 && next_identity <= kLargestIdentity)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("next_identity = %d; it must be in [0, 2^62]", next_identity));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, next_identity >= 0 && next_identity <= kLargestIdentity,
+                   "next_identity = %d; it must be in [0, 2^62]", next_identity);
   for (size_t i = 0; i < n; ++i) {
-    if (!(identities[i] > (i == 0 ? -1 : identities[i - 1]) && identities[i] < next_identity)) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "identities[%d] = %d; they must increase from 0 to under next_identity = %d", i,
-          identities[i], next_identity));
-    }
+    EGOSIEVE_REQUIRE(
+        InvalidArgument,
+        identities[i] > (i == 0 ? -1 : identities[i - 1]) && identities[i] < next_identity,
+        "identities[%d] = %d; they must increase from 0 to under next_identity = %d", i,
+        identities[i], next_identity);
   }
   return absl::OkStatus();
 }
@@ -109,10 +101,8 @@ PointSet PointsInRows(const Observations& points, absl::Span<const int64_t> rows
 }
 
 absl::Status CheckPoints(ConstMatrixView<double> inputs, int64_t dimension) {
-  if (inputs.rows > 0 && inputs.cols != dimension) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("inputs have %d columns; the covariance takes %d", inputs.cols, dimension));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, inputs.rows == 0 || inputs.cols == dimension,
+                   "inputs have %d columns; the covariance takes %d", inputs.cols, dimension);
   return kernels::CheckFinite("inputs", inputs);
 }
 
@@ -120,10 +110,8 @@ absl::StatusOr<std::vector<double>> TargetsOfLabels(absl::Span<const double> lab
   std::vector<double> targets;
   targets.reserve(labels.size());
   for (size_t i = 0; i < labels.size(); ++i) {
-    if (!(labels[i] >= 0.0 && labels[i] <= 1.0)) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("labels[%d] = %g; it must be in [0, 1]", i, labels[i]));
-    }
+    EGOSIEVE_REQUIRE(InvalidArgument, labels[i] >= 0.0 && labels[i] <= 1.0,
+                     "labels[%d] = %g; it must be in [0, 1]", i, labels[i]);
     targets.push_back(2.0 * labels[i] - 1.0);
   }
   return targets;

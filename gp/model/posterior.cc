@@ -66,9 +66,8 @@ absl::StatusOr<kernels::PosteriorCounts> Posterior::EvaluateQueries(
     ConstMatrixView<Query> queries, const kernels::PosteriorOutputs& outputs) const {
   if (extension_ == nullptr) return dense_->Evaluate(queries, outputs);
   const RegressionWeights& weights = extension_->weights();
-  if (outputs.probability != nullptr && weights.outputs > 1) {
-    return absl::InvalidArgumentError("probabilities are of one output; this model has several");
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, outputs.probability == nullptr || weights.outputs == 1,
+                   "probabilities are of one output; this model has several");
   const bool wants_variance = outputs.variance != nullptr || outputs.probability != nullptr;
   const bool wants_mean = outputs.mean != nullptr || outputs.probability != nullptr;
   // Nothing is written before all results exist.
@@ -111,10 +110,9 @@ absl::StatusOr<kernels::PosteriorCounts> Posterior::EvaluateQueries(
 absl::StatusOr<cl_event> Posterior::Enqueue(const kernels::BufferMatrix& queries,
                                             const kernels::DeviceOutputs& outputs,
                                             const kernels::DeviceCall& call) const {
-  if (extension_ != nullptr) {
-    return absl::FailedPreconditionError(
-        "models of several outputs or with a mean function are not evaluated on a queue");
-  }
+  EGOSIEVE_REQUIRE(
+      FailedPrecondition, extension_ == nullptr,
+      "models of several outputs or with a mean function are not evaluated on a queue");
   return dense_->Enqueue(queries, outputs, call);
 }
 

@@ -28,9 +28,8 @@ absl::StatusOr<std::shared_ptr<const Posterior>> RegressionModel::MakePosterior(
 }
 
 absl::Status CheckSetUp(const kernels::Context* context, const Hyperparameters& hyperparameters) {
-  if (context == nullptr) {
-    return absl::InvalidArgumentError("context is null; open one with OpenContext");
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, context != nullptr,
+                   "context is null; open one with OpenContext");
   return hyperparameters.Validate();
 }
 
@@ -44,29 +43,26 @@ absl::Status CheckReplacement(const Hyperparameters& hyperparameters, int64_t si
                               int64_t dimension) {
   EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
   const int64_t wanted = hyperparameters.covariance.input_dimension();
-  if (size > 0 && wanted != dimension) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "the covariance takes %d inputs; the model's points have %d", wanted, dimension));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, size == 0 || wanted == dimension,
+                   "the covariance takes %d inputs; the model's points have %d", wanted, dimension);
   return absl::OkStatus();
 }
 
 absl::Status CheckAddition(const Observations& added, const PointSet& points, int64_t dimension) {
   EGOSIEVE_RETURN_IF_ERROR(added.Validate(dimension));
-  if (added.size() > 0 && points.size() > 0 && added.outputs() != points.outputs) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "targets of %d outputs; the model's points have %d", added.outputs(), points.outputs));
-  }
+  EGOSIEVE_REQUIRE(
+      InvalidArgument, added.size() == 0 || points.size() == 0 || added.outputs() == points.outputs,
+      "targets of %d outputs; the model's points have %d", added.outputs(), points.outputs);
   return absl::OkStatus();
 }
 
 absl::Status ReplaceTargets(kernels::ConstMatrixView<double> targets, int64_t dimension,
                             PointSet& points) {
-  if (targets.rows != points.size() || (targets.rows > 0 && targets.cols != points.outputs)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d targets of %d outputs; the model has %d points of %d outputs",
-                        targets.rows, targets.cols, points.size(), points.outputs));
-  }
+  EGOSIEVE_REQUIRE(
+      InvalidArgument,
+      targets.rows == points.size() && (targets.rows == 0 || targets.cols == points.outputs),
+      "%d targets of %d outputs; the model has %d points of %d outputs", targets.rows, targets.cols,
+      points.size(), points.outputs);
   EGOSIEVE_RETURN_IF_ERROR(
       Observations(points.view(dimension), targets, points.noise_variances).Validate(dimension));
   for (int64_t i = 0; i < targets.rows; ++i) {

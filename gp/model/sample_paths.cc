@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "absl/strings/str_format.h"
 #include "gp/model/point_set.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
@@ -46,12 +45,11 @@ absl::StatusOr<PriorPaths> PriorPaths::Draw(const Hyperparameters& hyperparamete
   const kernels::CovarianceDescription& function = covariance.function.description();
   const int64_t dimension = covariance.input_dimension(), frequencies = options.frequencies;
   const double mass = function.SpectralMass(covariance.scales.data(), dimension);
-  if (!(mass > 0.0)) {
-    return absl::UnimplementedError(absl::StrFormat(
-        "no frequencies are known of \"%s\"; sample paths are of squared_exponential, matern12, "
-        "matern32, matern52, constant, and their sums and products; take joint samples",
-        std::string(covariance.function.text())));
-  }
+  EGOSIEVE_REQUIRE(
+      Unimplemented, mass > 0.0,
+      "no frequencies are known of \"%s\"; sample paths are of squared_exponential, matern12, "
+      "matern32, matern52, constant, and their sums and products; take joint samples",
+      std::string(covariance.function.text()));
   PriorPaths paths;
   paths.frequencies_ = frequencies;
   paths.centre_ = kernels::CentreOf(points);

@@ -54,10 +54,9 @@ absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> PosteriorFormOf(
   for (int64_t i = 0; i < m; ++i) {
     for (int64_t j = 0; j <= i; ++j) s.row(i)[j] = (i == j ? 1.0 : 0.0) - s.row(i)[j];
   }
-  if (!ReverseFactor(s.view())) {
-    return absl::FailedPreconditionError(
-        "I - A^-1 is not positive semidefinite to working precision; take a larger noise");
-  }
+  EGOSIEVE_REQUIRE(
+      FailedPrecondition, ReverseFactor(s.view()),
+      "I - A^-1 is not positive semidefinite to working precision; take a larger noise");
   // R = C L^-1, by rows: R L = C, R^T = L^-T C^T.
   for (int64_t i = 0; i < m; ++i) {
     for (int64_t j = 0; j < m; ++j) r.row(j)[i] = s.row(i)[j];

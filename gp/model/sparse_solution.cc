@@ -94,10 +94,10 @@ void SparseSums::Add(ConstMatrixView<double> v, const double* lambda, const doub
 absl::Status SparseSums::Solve() {
   sum_factor = AlignedMatrix(sum.rows(), sum.rows());
   for (int64_t i = 0; i < sum.rows(); ++i) std::copy_n(sum.row(i), i + 1, sum_factor.row(i));
-  if (FactorizeInParallel(sum_factor.view(), std::vector<double>(sum.rows(), 0.0)) >= 0) {
-    return absl::FailedPreconditionError(
-        "I + V^T V / lambda is not positive definite to working precision; take a larger noise");
-  }
+  EGOSIEVE_REQUIRE(
+      FailedPrecondition,
+      FactorizeInParallel(sum_factor.view(), std::vector<double>(sum.rows(), 0.0)) < 0,
+      "I + V^T V / lambda is not positive definite to working precision; take a larger noise");
   weights = target_sum;
   SolveSum(sum_factor, weights);
   return absl::OkStatus();

@@ -179,24 +179,24 @@ bool HyperparameterTrainer::ShouldRebuild(const Hyperparameters& used) const {
 }
 
 absl::Status HyperparameterTrainer::Restore(const TrainerState& state) {
-  if (!bounds_.Contains(state.theta)) {
-    return absl::InvalidArgumentError("theta has another size or lies outside the bounds");
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, bounds_.Contains(state.theta),
+                   "theta has another size or lies outside the bounds");
   const size_t steps = state.optimiser.steps.size();
-  if (steps != state.optimiser.previous_gradient.size() ||
-      (steps != 0 && steps != state.theta.size())) {
-    return absl::InvalidArgumentError("the optimiser's steps have another size than theta");
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   steps == state.optimiser.previous_gradient.size() &&
+                       (steps == 0 || steps == state.theta.size()),
+                   "the optimiser's steps have another size than theta");
   for (size_t i = 0; i < steps; ++i) {
-    if (!(state.optimiser.steps[i] > 0.0 && std::isfinite(state.optimiser.steps[i]) &&
-          std::isfinite(state.optimiser.previous_gradient[i]))) {
-      return absl::InvalidArgumentError("the optimiser's steps are not finite and positive");
-    }
+    EGOSIEVE_REQUIRE(InvalidArgument,
+                     state.optimiser.steps[i] > 0.0 && std::isfinite(state.optimiser.steps[i]) &&
+                         std::isfinite(state.optimiser.previous_gradient[i]),
+                     "the optimiser's steps are not finite and positive");
   }
-  if (!(state.rounds >= 0 && state.rounds_since_step >= 0 && state.smoothed_movement >= 0.0 &&
-        std::isfinite(state.smoothed_objective.value_or(0.0)))) {
-    return absl::InvalidArgumentError("counts or smoothed values are negative or not numbers");
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   state.rounds >= 0 && state.rounds_since_step >= 0 &&
+                       state.smoothed_movement >= 0.0 &&
+                       std::isfinite(state.smoothed_objective.value_or(0.0)),
+                   "counts or smoothed values are negative or not numbers");
   EGOSIEVE_ASSIGN_OR_RETURN(hyperparameters_, FromLogarithms(hyperparameters_, state.theta));
   state_ = state;
   return absl::OkStatus();

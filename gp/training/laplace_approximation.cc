@@ -162,19 +162,17 @@ class LaplaceProblem {
 
 absl::Status CheckLabelled(const LabelledInputs& data) {
   const size_t n = static_cast<size_t>(data.inputs.rows);
-  if (data.labels.size() != n || (!data.weights.empty() && data.weights.size() != n)) {
-    return absl::InvalidArgumentError(absl::StrFormat("%d labels and %d weights for %d points",
-                                                      data.labels.size(), data.weights.size(), n));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   data.labels.size() == n && (data.weights.empty() || data.weights.size() == n),
+                   "%d labels and %d weights for %d points", data.labels.size(),
+                   data.weights.size(), n);
   for (size_t i = 0; i < n; ++i) {
-    if (data.labels[i] != 1.0 && data.labels[i] != -1.0) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("label %d is %g; it must be -1 or 1", i, data.labels[i]));
-    }
-    if (!data.weights.empty() && !(data.weights[i] > 0.0 && data.weights[i] <= kLargestWeight)) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "weight %d is %g; it must be positive and at most 1e6", i, data.weights[i]));
-    }
+    EGOSIEVE_REQUIRE(InvalidArgument, data.labels[i] == 1.0 || data.labels[i] == -1.0,
+                     "label %d is %g; it must be -1 or 1", i, data.labels[i]);
+    EGOSIEVE_REQUIRE(
+        InvalidArgument,
+        data.weights.empty() || (data.weights[i] > 0.0 && data.weights[i] <= kLargestWeight),
+        "weight %d is %g; it must be positive and at most 1e6", i, data.weights[i]);
   }
   return absl::OkStatus();
 }

@@ -133,7 +133,7 @@ AlignedMatrix InducingWeights(const Terms& terms, const std::vector<double>& pri
 absl::StatusOr<MarginalLikelihood> ComputeSparseLikelihood(
     kernels::Context& context, const Hyperparameters& hyperparameters, const Observations& data,
     ConstMatrixView<double> inducing, LikelihoodOrder order, const SparseModelOptions& options) {
-  if (inducing.rows < 1) return absl::InvalidArgumentError("no inducing inputs");
+  EGOSIEVE_REQUIRE(InvalidArgument, inducing.rows >= 1, "no inducing inputs");
   PointSet points;
   points.Append(data, 0);
   EGOSIEVE_ASSIGN_OR_RETURN(const Terms terms,

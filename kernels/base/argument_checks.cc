@@ -2,24 +2,19 @@
 
 #include <cmath>
 
-#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::kernels {
 
 absl::Status CheckShape(std::string_view name, const void* data, int64_t rows, int64_t cols,
                         int64_t stride, int64_t expected_rows, int64_t expected_cols) {
-  if (rows != expected_rows || cols != expected_cols) {
-    return absl::InvalidArgumentError(absl::StrFormat("%s is %d x %d; it must be %d x %d", name,
-                                                      rows, cols, expected_rows, expected_cols));
-  }
-  if (stride < cols) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "%s has stride %d; it must be at least its %d columns", name, stride, cols));
-  }
-  if (data == nullptr && rows > 0 && cols > 0) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%s is %d x %d but its data is null", name, rows, cols));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, rows == expected_rows && cols == expected_cols,
+                   "%s is %d x %d; it must be %d x %d", name, rows, cols, expected_rows,
+                   expected_cols);
+  EGOSIEVE_REQUIRE(InvalidArgument, stride >= cols,
+                   "%s has stride %d; it must be at least its %d columns", name, stride, cols);
+  EGOSIEVE_REQUIRE(InvalidArgument, data != nullptr || rows == 0 || cols == 0,
+                   "%s is %d x %d but its data is null", name, rows, cols);
   return absl::OkStatus();
 }
 
@@ -37,10 +32,8 @@ absl::Status CheckFinite(std::string_view name, ConstMatrixView<T> view) {
       continue;
     }
     for (int64_t j = 0; j < view.cols; ++j) {
-      if (!std::isfinite(row[j])) {
-        return absl::InvalidArgumentError(
-            absl::StrFormat("%s(%d, %d) = %g; it must be finite", name, i, j, row[j]));
-      }
+      EGOSIEVE_REQUIRE(InvalidArgument, std::isfinite(row[j]), "%s(%d, %d) = %g; it must be finite",
+                       name, i, j, row[j]);
     }
   }
   return absl::OkStatus();

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::kernels {
 
@@ -15,30 +15,23 @@ int64_t CovarianceParameters::input_dimension() const {
 absl::Status CovarianceParameters::Validate() const {
   const int64_t inputs = input_dimension();
   const std::string name(function.text());
-  if (inputs < 1 || inputs > kMaxInputDimension) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("scales: %d values of %s give input dimension %d; it must be from 1 to %d",
-                        scales.size(), name, inputs, kMaxInputDimension));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, inputs >= 1 && inputs <= kMaxInputDimension,
+                   "scales: %d values of %s give input dimension %d; it must be from 1 to %d",
+                   scales.size(), name, inputs, kMaxInputDimension);
   if (const int64_t least = function.description().LeastDimension(); least > inputs) {
     return absl::InvalidArgumentError(
         absl::StrFormat("%s has column %d; there are %d inputs", name, least - 1, inputs));
   }
   const int64_t expected = function.description().ScaleCount(inputs);
-  if (static_cast<int64_t>(scales.size()) != expected) {
-    return absl::InvalidArgumentError(absl::StrFormat("scales: %d values; %s of %d inputs has %d",
-                                                      scales.size(), name, inputs, expected));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, static_cast<int64_t>(scales.size()) == expected,
+                   "scales: %d values; %s of %d inputs has %d", scales.size(), name, inputs,
+                   expected);
   for (size_t i = 0; i < scales.size(); ++i) {
-    if (!(scales[i] > 0.0) || std::isinf(scales[i])) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("scales[%d] = %g; it must be finite and positive", i, scales[i]));
-    }
+    EGOSIEVE_REQUIRE(InvalidArgument, scales[i] > 0.0 && !std::isinf(scales[i]),
+                     "scales[%d] = %g; it must be finite and positive", i, scales[i]);
   }
-  if (!(signal_stddev > 0.0) || std::isinf(signal_stddev)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("signal_stddev = %g; it must be finite and positive", signal_stddev));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, signal_stddev > 0.0 && !std::isinf(signal_stddev),
+                   "signal_stddev = %g; it must be finite and positive", signal_stddev);
   return absl::OkStatus();
 }
 

@@ -16,11 +16,9 @@ absl::Status CheckFactor(const PosteriorModel& model) {
     EGOSIEVE_RETURN_IF_ERROR(
         CheckFinite<double>(absl::StrFormat("factor, lower triangle, row %d:", i),
                             ConstMatrixView<double>(model.factor.row(i), 1, i + 1)));
-    if (model.factor_kind == FactorKind::kCholesky && !(model.factor(i, i) > 0.0)) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("factor(%d, %d) = %g; a Cholesky factor's diagonal is positive", i, i,
-                          model.factor(i, i)));
-    }
+    EGOSIEVE_REQUIRE(
+        InvalidArgument, model.factor_kind != FactorKind::kCholesky || model.factor(i, i) > 0.0,
+        "factor(%d, %d) = %g; a Cholesky factor's diagonal is positive", i, i, model.factor(i, i));
   }
   return absl::OkStatus();
 }
@@ -36,10 +34,8 @@ absl::Status PosteriorModel::Validate() const {
     EGOSIEVE_RETURN_IF_ERROR(CheckShape("alpha", alpha, n, 1, 1, n, 1));
     EGOSIEVE_RETURN_IF_ERROR(CheckFinite("alpha", ConstMatrixView<double>(alpha, n, 1)));
   }
-  if (!std::isfinite(squash_a) || !std::isfinite(squash_b)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("squash_a = %g, squash_b = %g; both must be finite", squash_a, squash_b));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, std::isfinite(squash_a) && std::isfinite(squash_b),
+                   "squash_a = %g, squash_b = %g; both must be finite", squash_a, squash_b);
   return factor_kind == FactorKind::kNone || n == 0 ? absl::OkStatus() : CheckFactor(*this);
 }
 

@@ -70,9 +70,8 @@ absl::StatusOr<cl_event> EnqueueCrossCovariance(std::shared_ptr<Context> context
                                                 const BufferMatrix& k, const DeviceCall& call) {
   EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
-  if (context->is_reference()) {
-    return absl::FailedPreconditionError("the device \"reference\" has no OpenCL context");
-  }
+  EGOSIEVE_REQUIRE(FailedPrecondition, !context->is_reference(),
+                   "the device \"reference\" has no OpenCL context");
   return opencl::EnqueueCovarianceBlock(std::move(context), parameters, x, z, k, call);
 }
 
@@ -116,10 +115,8 @@ absl::StatusOr<std::vector<double>> VarianceGradient(const CovarianceParameters&
                                                      absl::Span<const double> weights) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
-  if (static_cast<int64_t>(weights.size()) != x.rows) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d weights for %d points", weights.size(), x.rows));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, static_cast<int64_t>(weights.size()) == x.rows,
+                   "%d weights for %d points", weights.size(), x.rows);
   return reference::VarianceGradient(parameters, x, weights.data());
 }
 

@@ -1,6 +1,5 @@
 #include "kernels/ops/dense_posterior.h"
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/opencl_dense_posterior.h"
@@ -52,10 +51,8 @@ class HostPosterior : public DensePosterior {
 }  // namespace
 
 absl::Status DensePosteriorOptions::Validate() const {
-  if (memory_cap_bytes < 1 && memory_cap_bytes != kCapOfTheDevice) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("memory_cap_bytes = %d; it must be positive", memory_cap_bytes));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, memory_cap_bytes >= 1 || memory_cap_bytes == kCapOfTheDevice,
+                   "memory_cap_bytes = %d; it must be positive", memory_cap_bytes);
   return absl::OkStatus();
 }
 
@@ -68,10 +65,9 @@ template absl::Status CheckQueries(int64_t, ConstMatrixView<float>);
 template absl::Status CheckQueries(int64_t, ConstMatrixView<double>);
 
 absl::Status CheckOutputs(bool needs_variance, FactorKind factor_kind, int64_t input_count) {
-  if (needs_variance && factor_kind == FactorKind::kNone && input_count > 0) {
-    return absl::FailedPreconditionError(
-        "variance and probability need a factor: this model was created with factor_kind kNone");
-  }
+  EGOSIEVE_REQUIRE(
+      FailedPrecondition, !needs_variance || factor_kind != FactorKind::kNone || input_count == 0,
+      "variance and probability need a factor: this model was created with factor_kind kNone");
   return absl::OkStatus();
 }
 
@@ -80,9 +76,8 @@ absl::StatusOr<std::unique_ptr<DensePosterior>> DensePosterior::Create(
     const DensePosteriorOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_RETURN_IF_ERROR(model.Validate());
-  if (context == nullptr) {
-    return absl::InvalidArgumentError("context is null; open one with OpenContext");
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, context != nullptr,
+                   "context is null; open one with OpenContext");
   if (context->is_reference()) {
     return std::make_unique<HostPosterior>(model);
   }

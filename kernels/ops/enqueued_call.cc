@@ -4,7 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/opencl_error.h"
 
@@ -30,38 +29,34 @@ void KeepUntil(const cl::Event& last, std::unique_ptr<CallInUse> in_use) {
 absl::Status CheckDeviceArray(const Context& context, const char* name, cl_mem memory,
                               int64_t first, int64_t elements, int64_t bytes) {
   const int64_t most = std::numeric_limits<int64_t>::max() / bytes;
-  if (first < 0 || first > most - elements) {
-    return absl::InvalidArgumentError(absl::StrFormat("%s: first = %d; out of range", name, first));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, first >= 0 && first <= most - elements,
+                   "%s: first = %d; out of range", name, first);
   cl_context theirs = nullptr;
   size_t size = 0;
-  if (memory == nullptr ||
-      clGetMemObjectInfo(memory, CL_MEM_CONTEXT, sizeof(cl_context), &theirs, nullptr) !=
-          CL_SUCCESS ||
-      clGetMemObjectInfo(memory, CL_MEM_SIZE, sizeof size, &size, nullptr) != CL_SUCCESS) {
-    return absl::InvalidArgumentError(absl::StrFormat("%s is no OpenCL buffer", name));
-  }
-  if (theirs != context.cl_context()()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%s belongs to another OpenCL context than the model", name));
-  }
-  if (static_cast<int64_t>(size) / bytes < first + elements) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%s has %d bytes; %d elements of %d bytes are needed", name, size,
-                        first + elements, bytes));
-  }
+  EGOSIEVE_REQUIRE(
+      InvalidArgument,
+      memory != nullptr &&
+          clGetMemObjectInfo(memory, CL_MEM_CONTEXT, sizeof(cl_context), &theirs, nullptr) ==
+              CL_SUCCESS &&
+          clGetMemObjectInfo(memory, CL_MEM_SIZE, sizeof size, &size, nullptr) == CL_SUCCESS,
+      "%s is no OpenCL buffer", name);
+  EGOSIEVE_REQUIRE(InvalidArgument, theirs == context.cl_context()(),
+                   "%s belongs to another OpenCL context than the model", name);
+  EGOSIEVE_REQUIRE(InvalidArgument, static_cast<int64_t>(size) / bytes >= first + elements,
+                   "%s has %d bytes; %d elements of %d bytes are needed", name, size,
+                   first + elements, bytes);
   return absl::OkStatus();
 }
 
 absl::Status CheckBufferMatrix(const Context& context, const char* name, const BufferMatrix& matrix,
                                int64_t columns, int64_t bytes) {
   const int64_t stride = matrix.stride == 0 ? columns : matrix.stride;
-  if (matrix.rows < 0 || stride < columns ||
-      matrix.rows > std::numeric_limits<int64_t>::max() / bytes / std::max<int64_t>(stride, 1)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%s: rows = %d, stride = %d; out of range for a matrix of %d columns", name,
-                        matrix.rows, stride, columns));
-  }
+  EGOSIEVE_REQUIRE(
+      InvalidArgument,
+      matrix.rows >= 0 && stride >= columns &&
+          matrix.rows <= std::numeric_limits<int64_t>::max() / bytes / std::max<int64_t>(stride, 1),
+      "%s: rows = %d, stride = %d; out of range for a matrix of %d columns", name, matrix.rows,
+      stride, columns);
   if (matrix.rows == 0 || columns == 0) return absl::OkStatus();
   return CheckDeviceArray(context, name, matrix.memory, matrix.first,
                           (matrix.rows - 1) * stride + columns, bytes);
@@ -70,28 +65,25 @@ absl::Status CheckBufferMatrix(const Context& context, const char* name, const B
 absl::Status CheckDeviceCall(const Context& context, const DeviceCall& call) {
   cl_context theirs = nullptr;
   cl_device_id device = nullptr;
-  if (call.queue == nullptr ||
-      clGetCommandQueueInfo(call.queue, CL_QUEUE_CONTEXT, sizeof(cl_context), &theirs, nullptr) !=
-          CL_SUCCESS ||
-      clGetCommandQueueInfo(call.queue, CL_QUEUE_DEVICE, sizeof(cl_device_id), &device, nullptr) !=
-          CL_SUCCESS) {
-    return absl::InvalidArgumentError("queue is no OpenCL command queue");
-  }
-  if (theirs != context.cl_context()() || device != context.cl_device()()) {
-    return absl::InvalidArgumentError(
-        "queue belongs to another OpenCL context or device than the model");
-  }
-  if (call.wait_count > 0 && call.wait == nullptr) {
-    return absl::InvalidArgumentError("wait is null, wait_count is not 0");
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   call.queue != nullptr &&
+                       clGetCommandQueueInfo(call.queue, CL_QUEUE_CONTEXT, sizeof(cl_context),
+                                             &theirs, nullptr) == CL_SUCCESS &&
+                       clGetCommandQueueInfo(call.queue, CL_QUEUE_DEVICE, sizeof(cl_device_id),
+                                             &device, nullptr) == CL_SUCCESS,
+                   "queue is no OpenCL command queue");
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   theirs == context.cl_context()() && device == context.cl_device()(),
+                   "queue belongs to another OpenCL context or device than the model");
+  EGOSIEVE_REQUIRE(InvalidArgument, call.wait_count == 0 || call.wait != nullptr,
+                   "wait is null, wait_count is not 0");
   for (uint32_t i = 0; i < call.wait_count; ++i) {
-    if (call.wait[i] == nullptr ||
-        clGetEventInfo(call.wait[i], CL_EVENT_CONTEXT, sizeof(cl_context), &theirs, nullptr) !=
-            CL_SUCCESS ||
-        theirs != context.cl_context()()) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("wait[%d] is no event of the model's OpenCL context", i));
-    }
+    EGOSIEVE_REQUIRE(InvalidArgument,
+                     call.wait[i] != nullptr &&
+                         clGetEventInfo(call.wait[i], CL_EVENT_CONTEXT, sizeof(cl_context), &theirs,
+                                        nullptr) == CL_SUCCESS &&
+                         theirs == context.cl_context()(),
+                     "wait[%d] is no event of the model's OpenCL context", i);
   }
   return absl::OkStatus();
 }

@@ -5,7 +5,6 @@
 #include <memory>
 #include <utility>
 
-#include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/prepared_points.h"
 #include "kernels/base/status_macros.h"
@@ -28,13 +27,11 @@ absl::Status CheckNoisyPoints(const CovarianceParameters& parameters, ConstMatri
                               absl::Span<const double> variances) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints("x", parameters, x));
-  if (x.rows < 1 || x.rows > std::numeric_limits<int32_t>::max()) {
-    return absl::InvalidArgumentError("regression needs points");
-  }
-  if (!variances.empty() && static_cast<int64_t>(variances.size()) != x.rows) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d noise variances for %d points", variances.size(), x.rows));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, x.rows >= 1 && x.rows <= std::numeric_limits<int32_t>::max(),
+                   "regression needs points");
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   variances.empty() || static_cast<int64_t>(variances.size()) == x.rows,
+                   "%d noise variances for %d points", variances.size(), x.rows);
   return absl::OkStatus();
 }
 
@@ -61,9 +58,8 @@ struct Tools {
 
 absl::StatusOr<Tools> Prepare(Context& context, const CovarianceParameters& parameters,
                               bool with_gradient, const char* doing) {
-  if (context.is_reference()) {
-    return absl::FailedPreconditionError("the reference has no device: open an OpenCL device");
-  }
+  EGOSIEVE_REQUIRE(FailedPrecondition, !context.is_reference(),
+                   "the reference has no device: open an OpenCL device");
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(doing));
   EGOSIEVE_ASSIGN_OR_RETURN(DeviceLinearAlgebra algebra,
                             DeviceLinearAlgebra::Create(context, *workspace));

@@ -119,15 +119,13 @@ absl::StatusOr<std::unique_ptr<const Float64Sums>> Float64Sums::Create(
   EGOSIEVE_RETURN_IF_ERROR(covariance.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("inputs", inputs, inputs.rows, covariance.input_dimension()));
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("weights", weights, inputs.rows, weights.cols));
-  if (inputs.rows < 1 || weights.cols < 1) {
-    return absl::InvalidArgumentError("sums need inputs and weights");
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument, inputs.rows >= 1 && weights.cols >= 1,
+                   "sums need inputs and weights");
   if (kind != FactorKind::kNone) {
     EGOSIEVE_RETURN_IF_ERROR(CheckShape("factor", factor, inputs.rows, inputs.rows));
   }
-  if (context->is_reference()) {
-    return absl::FailedPreconditionError("the reference has no device: open an OpenCL device");
-  }
+  EGOSIEVE_REQUIRE(FailedPrecondition, !context->is_reference(),
+                   "the reference has no device: open an OpenCL device");
   auto sums =
       std::make_unique<DeviceSums>(std::move(context), covariance, inputs, weights.cols, kind);
   EGOSIEVE_RETURN_IF_ERROR(sums->Upload(weights, factor));

@@ -117,7 +117,7 @@ int64_t SharedPiece(int64_t query_count, int64_t devices) {
 
 absl::StatusOr<std::unique_ptr<DensePosterior>> CreateSharedPosterior(
     const Contexts& contexts, const PosteriorModel& model, const DensePosteriorOptions& options) {
-  if (contexts.empty()) return absl::InvalidArgumentError("no contexts to share a posterior among");
+  EGOSIEVE_REQUIRE(InvalidArgument, !contexts.empty(), "no contexts to share a posterior among");
   std::vector<std::unique_ptr<DensePosterior>> devices;
   for (const std::shared_ptr<Context>& context : contexts) {
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<DensePosterior> device,

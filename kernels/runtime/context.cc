@@ -202,7 +202,7 @@ void Context::ReleaseIdle() {
 absl::StatusOr<std::shared_ptr<Context>> AdoptContext(cl_context context, cl_device_id device,
                                                       const ContextOptions& options) {
   if (options.tuning.has_value()) EGOSIEVE_RETURN_IF_ERROR(options.tuning->Validate());
-  if (context == nullptr) return absl::InvalidArgumentError("the OpenCL context is null");
+  EGOSIEVE_REQUIRE(InvalidArgument, context != nullptr, "the OpenCL context is null");
   EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
   std::shared_ptr<Context> adopted;
   bool belongs = false;
@@ -215,7 +215,7 @@ absl::StatusOr<std::shared_ptr<Context>> AdoptContext(cl_context context, cl_dev
       break;
     }
   }));
-  if (!belongs) return absl::InvalidArgumentError("the device is none of the OpenCL context's");
+  EGOSIEVE_REQUIRE(InvalidArgument, belongs, "the device is none of the OpenCL context's");
   return adopted;
 }
 

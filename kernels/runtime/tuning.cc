@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
+#include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 
 namespace egosieve::kernels {
@@ -38,25 +39,22 @@ constexpr std::array<Field, 10> kFields = {{
 absl::Status KernelTuning::Validate() const {
   for (const Field& field : kFields) {
     const int value = this->*field.member;
-    if (value < field.least || value > field.most) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "%s = %d; it must be from %d to %d", field.name, value, field.least, field.most));
-    }
+    EGOSIEVE_REQUIRE(InvalidArgument, value >= field.least && value <= field.most,
+                     "%s = %d; it must be from %d to %d", field.name, value, field.least,
+                     field.most);
   }
-  if (float_lanes != 1 && float_lanes != 4 && float_lanes != 8 && float_lanes != 16) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("float_lanes = %d; it must be 1, 4, 8 or 16", float_lanes));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   float_lanes == 1 || float_lanes == 4 || float_lanes == 8 || float_lanes == 16,
+                   "float_lanes = %d; it must be 1, 4, 8 or 16", float_lanes);
   if (local_tiles == 0) return absl::OkStatus();
-  if (float_lanes != 1 || work_group % panels_per_group != 0 ||
-      panel * panels_per_group % depth != 0) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("local_tiles = 1 with float_lanes = %d, panel = %d, panels_per_group = %d, "
-                        "work_group = %d, depth = %d; float_lanes must be 1, panels_per_group "
-                        "divide work_group, and depth divide "
-                        "panel * panels_per_group",
-                        float_lanes, panel, panels_per_group, work_group, depth));
-  }
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   float_lanes == 1 && work_group % panels_per_group == 0 &&
+                       panel * panels_per_group % depth == 0,
+                   "local_tiles = 1 with float_lanes = %d, panel = %d, panels_per_group = %d, "
+                   "work_group = %d, depth = %d; float_lanes must be 1, panels_per_group "
+                   "divide work_group, and depth divide "
+                   "panel * panels_per_group",
+                   float_lanes, panel, panels_per_group, work_group, depth);
   return absl::OkStatus();
 }
 
@@ -150,10 +148,8 @@ KernelTuning LoadTuning(const DeviceInfo& device, const KernelTuning& defaults) 
 
 absl::Status SaveTuning(const DeviceInfo& device, const KernelTuning& tuning) {
   const std::string path = TuningPath(device);
-  if (path.empty()) {
-    return absl::FailedPreconditionError(
-        "there is no cache folder: set HOME, XDG_CACHE_HOME or EGOSIEVE_CACHE_DIR");
-  }
+  EGOSIEVE_REQUIRE(FailedPrecondition, !path.empty(),
+                   "there is no cache folder: set HOME, XDG_CACHE_HOME or EGOSIEVE_CACHE_DIR");
   CreateFolder(std::filesystem::path(path).parent_path().string()).IgnoreError();  // reported below
   return WriteFileAtomically(path, FormatTuning(tuning));
 }
