@@ -91,7 +91,8 @@ void BM_CovarianceGradient(benchmark::State& state) {
     gradient = *result;
   }
   const double seconds = timer.SecondsPerIteration(state.iterations());
-  const std::vector<double> expected = reference::CovarianceGradient(parameters, x, weights);
+  const std::vector<double> expected =
+      reference::CovarianceGradient(parameters, x, x, weights, true);
   for (size_t t = 0; t < expected.size(); ++t) {
     if (!(std::abs(gradient[t] - expected[t]) <= 1e-12 * n * n))
       return state.SkipWithError("wrong gradient");

@@ -5,22 +5,12 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/strings/str_format.h"
 
 // Returns from the enclosing function with the status of `expression` unless it is OK.
 #define EGOSIEVE_RETURN_IF_ERROR(expression)                  \
   do {                                                        \
     if (absl::Status status_ = (expression); !status_.ok()) { \
       return status_;                                         \
-    }                                                         \
-  } while (false)
-
-// Returns an error of this kind, such as InvalidArgument, with this text, in StrFormat's manner,
-// unless the condition holds. Conditions are false for NaN.
-#define EGOSIEVE_REQUIRE(kind, condition, ...)                \
-  do {                                                        \
-    if (!(condition)) {                                       \
-      return absl::kind##Error(absl::StrFormat(__VA_ARGS__)); \
     }                                                         \
   } while (false)
 

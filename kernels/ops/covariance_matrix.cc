@@ -1,18 +1,15 @@
 #include "kernels/ops/covariance_matrix.h"
 
 #include <algorithm>
-#include <string>
-#include <utility>
 #include <vector>
 
-#include "absl/strings/str_format.h"
+#include "absl/strings/str_cat.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/prepared_points.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/opencl_covariance.h"
 #include "kernels/reference/covariance.h"
-#include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/opencl_context.h"
 
 namespace egosieve::kernels {
@@ -64,17 +61,6 @@ absl::Status CrossCovariance(Context& context, const CovarianceParameters& param
   return opencl::CovarianceBlock(context, parameters, x, z, false, out);
 }
 
-absl::StatusOr<cl_event> EnqueueCrossCovariance(std::shared_ptr<Context> context,
-                                                const CovarianceParameters& parameters,
-                                                const BufferMatrix& x, const BufferMatrix& z,
-                                                const BufferMatrix& k, const DeviceCall& call) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
-  EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
-  EGOSIEVE_REQUIRE(FailedPrecondition, !context->is_reference(),
-                   "the device \"reference\" has no OpenCL context");
-  return opencl::EnqueueCovarianceBlock(std::move(context), parameters, x, z, k, call);
-}
-
 absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        const CovarianceParameters& parameters,
                                                        ConstMatrixView<double> x,
@@ -84,14 +70,11 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("w", w, x.rows, x.rows));
   for (int64_t i = 0; i < w.rows; ++i) {
     // Only the lower triangle is read, so only its values must be finite.
-    const absl::Status finite = CheckFinite("w", ConstMatrixView<double>(w.row(i), 1, i + 1));
-    if (!finite.ok()) {
-      return absl::InvalidArgumentError("row " + std::to_string(i) +
-                                        " of w: " + std::string(finite.message()));
-    }
+    EGOSIEVE_RETURN_IF_ERROR(CheckFinite(absl::StrCat("row ", i, " of w: w"),
+                                         ConstMatrixView<double>(w.row(i), 1, i + 1)));
   }
   if (RunsOnHost(context)) {
-    return reference::CovarianceGradient(parameters, x, w);
+    return reference::CovarianceGradient(parameters, x, x, w, true);
   }
   return opencl::CovarianceGradient(context, parameters, x, x, w, true);
 }
@@ -105,7 +88,7 @@ absl::StatusOr<std::vector<double>> CrossCovarianceGradient(Context& context,
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("w", w, x.rows, z.rows));
   EGOSIEVE_RETURN_IF_ERROR(CheckFinite("w", w));
   if (RunsOnHost(context)) {
-    return reference::CrossCovarianceGradient(parameters, x, z, w);
+    return reference::CovarianceGradient(parameters, x, z, w, false);
   }
   return opencl::CovarianceGradient(context, parameters, x, z, w, false);
 }
@@ -126,10 +109,9 @@ absl::Status CovarianceInputGradient(const CovarianceParameters& parameters,
   EGOSIEVE_RETURN_IF_ERROR(CheckBoth(parameters, x, z));
   const int64_t dimension = parameters.input_dimension();
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, x.rows, dimension));
-  if (w.rows != x.rows || w.cols != z.rows) {  // a stride of 0 has one row for all
-    return absl::InvalidArgumentError(
-        absl::StrFormat("w is %d x %d; it must be %d x %d", w.rows, w.cols, x.rows, z.rows));
-  }
+  // A stride of 0 has one row for all.
+  EGOSIEVE_REQUIRE(InvalidArgument, w.rows == x.rows && w.cols == z.rows,
+                   "w is %d x %d; it must be %d x %d", w.rows, w.cols, x.rows, z.rows);
   const PreparedRows a(parameters, x), b(parameters, z);
   const CovarianceDescription& function = parameters.function.description();
   const double signal_variance = parameters.signal_stddev * parameters.signal_stddev;

@@ -38,8 +38,8 @@ absl::Status CheckNoisyPoints(const CovarianceParameters& parameters, ConstMatri
 absl::Status CheckTargets(ConstMatrixView<double> x, ConstMatrixView<double> y) {
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("y", y, x.rows, y.cols));
   EGOSIEVE_RETURN_IF_ERROR(CheckFinite("y", y));
-  return y.cols >= 1 ? absl::OkStatus()
-                     : absl::InvalidArgumentError("regression needs at least one output");
+  EGOSIEVE_REQUIRE(InvalidArgument, y.cols >= 1, "regression needs at least one output");
+  return absl::OkStatus();
 }
 
 std::vector<double> Download(const cl::CommandQueue& queue, const cl::Buffer& buffer,
@@ -51,13 +51,15 @@ std::vector<double> Download(const cl::CommandQueue& queue, const cl::Buffer& bu
 
 // Operations and resources for one computation on the device.
 struct Tools {
-  std::unique_ptr<Workspace> workspace;
   DeviceLinearAlgebra algebra;
   CovarianceKernels covariance;
 };
 
-absl::StatusOr<Tools> Prepare(Context& context, const CovarianceParameters& parameters,
-                              bool with_gradient, const char* doing) {
+// Calls work(queue, tools, points), which may throw cl::Error.
+template <typename Work>
+absl::Status OnDevice(Context& context, const CovarianceParameters& parameters,
+                      ConstMatrixView<double> x, bool with_gradient, const char* doing,
+                      const Work& work) {
   EGOSIEVE_REQUIRE(FailedPrecondition, !context.is_reference(),
                    "the reference has no device: open an OpenCL device");
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(doing));
@@ -68,7 +70,14 @@ absl::StatusOr<Tools> Prepare(Context& context, const CovarianceParameters& para
       CovarianceKernels::Create(
           context, *workspace, parameters,
           CovarianceKernels::kBlock | (with_gradient ? CovarianceKernels::kGradient : 0)));
-  return Tools{std::move(workspace), std::move(algebra), std::move(covariance)};
+  Tools tools{std::move(algebra), std::move(covariance)};
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(doing, [&] {
+    const CovariancePoints points(context, parameters, x, x);
+    const CommandsEnd end(workspace->queue());
+    work(workspace->queue(), tools, points.block());
+  }));
+  context.GiveBack(std::move(workspace));
+  return absl::OkStatus();
 }
 
 // The noise variance of each of `count` points.
@@ -158,18 +167,13 @@ absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
                                                 bool with_gradient) {
   EGOSIEVE_RETURN_IF_ERROR(CheckNoisyPoints(parameters, x, variances));
   EGOSIEVE_RETURN_IF_ERROR(CheckTargets(x, y));
-  constexpr char kDoing[] = "regressing on the device";
-  EGOSIEVE_ASSIGN_OR_RETURN(Tools tools, Prepare(context, parameters, with_gradient, kDoing));
   const std::vector<double> noise = Filled(variances, x.rows);
   ExactRegression result;
-  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
-    const CovariancePoints points(context, parameters, x, x);
-    const cl::CommandQueue queue = tools.workspace->queue();
-    const CommandsEnd end(queue);
-    result =
-        Regress(context, queue, tools, points.block(), y, noise_variance, noise, with_gradient);
-  }));
-  context.GiveBack(std::move(tools.workspace));
+  EGOSIEVE_RETURN_IF_ERROR(OnDevice(
+      context, parameters, x, with_gradient, "regressing on the device",
+      [&](const cl::CommandQueue& queue, Tools& tools, const PreparedBlock& points) {
+        result = Regress(context, queue, tools, points, y, noise_variance, noise, with_gradient);
+      }));
   return result;
 }
 
@@ -179,20 +183,15 @@ absl::StatusOr<int64_t> FactorizeOnDevice(Context& context, const CovariancePara
                                           MatrixView<double> out) {
   EGOSIEVE_RETURN_IF_ERROR(CheckNoisyPoints(parameters, x, variances));
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, x.rows, x.rows));
-  constexpr char kDoing[] = "factorising on the device";
-  EGOSIEVE_ASSIGN_OR_RETURN(Tools tools, Prepare(context, parameters, false, kDoing));
   const std::vector<double> noise = Filled(variances, x.rows);
   int64_t bad_row = -1;
-  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
-    const CovariancePoints points(context, parameters, x, x);
-    const cl::CommandQueue queue = tools.workspace->queue();
-    const CommandsEnd end(queue);
-    const Factored factored =
-        Factorize(context, queue, tools, points.block(), noise_variance, noise);
-    bad_row = factored.bad_row;
-    if (bad_row < 0) tools.algebra.DownloadLower(factored.factor.lower, out);
-  }));
-  context.GiveBack(std::move(tools.workspace));
+  EGOSIEVE_RETURN_IF_ERROR(OnDevice(
+      context, parameters, x, /*with_gradient=*/false, "factorising on the device",
+      [&](const cl::CommandQueue& queue, Tools& tools, const PreparedBlock& points) {
+        const Factored factored = Factorize(context, queue, tools, points, noise_variance, noise);
+        bad_row = factored.bad_row;
+        if (bad_row < 0) tools.algebra.DownloadLower(factored.factor.lower, out);
+      }));
   return bad_row;
 }
 

@@ -6,13 +6,17 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/device_preparation.h"
 #include "kernels/ops/enqueued_call.h"
 #include "kernels/runtime/buffer.h"
+#include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/opencl_error.h"
 
-namespace egosieve::kernels::opencl {
+namespace egosieve::kernels {
+namespace opencl {
 namespace {
 
 // Rows per work-group: enough to share the loads of the columns, few enough to balance triangles.
@@ -135,19 +139,24 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
   return kernels.GradientOf(partial_sums);
 }
 
-absl::StatusOr<cl_event> EnqueueCovarianceBlock(std::shared_ptr<Context> context,
+}  // namespace opencl
+
+absl::StatusOr<cl_event> EnqueueCrossCovariance(std::shared_ptr<Context> context,
                                                 const CovarianceParameters& parameters,
                                                 const BufferMatrix& x, const BufferMatrix& z,
-                                                const BufferMatrix& out, const DeviceCall& call) {
+                                                const BufferMatrix& k, const DeviceCall& call) {
+  using namespace opencl;
   constexpr char kDoing[] = "enqueuing a covariance matrix";
+  EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
+  EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
+  EGOSIEVE_REQUIRE(FailedPrecondition, !context->is_reference(),
+                   "the device \"reference\" has no OpenCL context");
   const int64_t dimension = parameters.input_dimension();
   EGOSIEVE_RETURN_IF_ERROR(CheckDeviceCall(*context, call));
   EGOSIEVE_RETURN_IF_ERROR(CheckBufferMatrix(*context, "x", x, dimension, sizeof(double)));
   EGOSIEVE_RETURN_IF_ERROR(CheckBufferMatrix(*context, "z", z, dimension, sizeof(double)));
-  EGOSIEVE_RETURN_IF_ERROR(CheckBufferMatrix(*context, "k", out, z.rows, sizeof(double)));
-  if (out.rows != x.rows) {
-    return absl::InvalidArgumentError(absl::StrCat("k has ", out.rows, " rows; x has ", x.rows));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckBufferMatrix(*context, "k", k, z.rows, sizeof(double)));
+  EGOSIEVE_REQUIRE(InvalidArgument, k.rows == x.rows, "k has %d rows; x has %d", k.rows, x.rows);
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context->Borrow(kDoing));
   std::shared_ptr<const DevicePreparation> preparation;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
@@ -182,10 +191,10 @@ absl::StatusOr<cl_event> EnqueueCovarianceBlock(std::shared_ptr<Context> context
                                      {block.columns, padded, 1, padded}, last)};
         cl::Event done;
         kernels.EnqueueBlock(queue, block, /*lower_only=*/false,
-                             cl::Buffer(out.memory, /*retainObject=*/true), out.first,
-                             out.stride == 0 ? z.rows : out.stride, &last, &done);
+                             cl::Buffer(k.memory, /*retainObject=*/true), k.first,
+                             k.stride == 0 ? z.rows : k.stride, &last, &done);
         last = {done};
       });
 }
 
-}  // namespace egosieve::kernels::opencl
+}  // namespace egosieve::kernels

@@ -15,13 +15,11 @@
 
 #include <CL/opencl.hpp>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
-#include "kernels/ops/device_call.h"
 #include "kernels/ops/kernel_options.h"
 #include "kernels/runtime/opencl_context.h"
 
@@ -90,13 +88,5 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        ConstMatrixView<double> x,
                                                        ConstMatrixView<double> z,
                                                        ConstMatrixView<double> w, bool lower_only);
-
-// Enqueues C(i, j) = k(x_i, z_j) in float64 from and to buffers of the context. InvalidArgument for
-// handles of other contexts and for buffers that are too small; FailedPrecondition on devices
-// without float64.
-absl::StatusOr<cl_event> EnqueueCovarianceBlock(std::shared_ptr<Context> context,
-                                                const CovarianceParameters& parameters,
-                                                const BufferMatrix& x, const BufferMatrix& z,
-                                                const BufferMatrix& out, const DeviceCall& call);
 
 }  // namespace egosieve::kernels::opencl

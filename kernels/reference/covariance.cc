@@ -52,20 +52,12 @@ std::vector<double> SumOfGradients(const CovarianceParameters& parameters,
 }  // namespace
 
 std::vector<double> CovarianceGradient(const CovarianceParameters& parameters,
-                                       ConstMatrixView<double> x, ConstMatrixView<double> w) {
-  return SumOfGradients(parameters, x, x, [&](const auto& add) {
-    for (int64_t i = 0; i < x.rows; ++i) {
-      for (int64_t j = 0; j <= i; ++j) add(i, j, i == j ? w(i, j) : 2.0 * w(i, j));
-    }
-  });
-}
-
-std::vector<double> CrossCovarianceGradient(const CovarianceParameters& parameters,
-                                            ConstMatrixView<double> x, ConstMatrixView<double> z,
-                                            ConstMatrixView<double> w) {
+                                       ConstMatrixView<double> x, ConstMatrixView<double> z,
+                                       ConstMatrixView<double> w, bool lower_only) {
   return SumOfGradients(parameters, x, z, [&](const auto& add) {
     for (int64_t i = 0; i < x.rows; ++i) {
-      for (int64_t j = 0; j < z.rows; ++j) add(i, j, w(i, j));
+      const int64_t end = lower_only ? i + 1 : z.rows;
+      for (int64_t j = 0; j < end; ++j) add(i, j, lower_only && j < i ? 2.0 * w(i, j) : w(i, j));
     }
   });
 }

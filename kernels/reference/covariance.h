@@ -20,16 +20,11 @@ double Covariance(const CovarianceParameters& parameters, const double* x, const
 void CovarianceBlock(const CovarianceParameters& parameters, ConstMatrixView<double> x,
                      ConstMatrixView<double> z, bool lower_only, MatrixView<double> out);
 
-// g_t = sum_ij W_ij dk(x_i, x_j) / d log theta_t, theta = (scales..., sigma_f); W symmetric, lower
-// triangle read.
-// dk/dlog sigma_f = 2 k.
+// g_t = sum_ij W_ij dk(x_i, z_j) / d log theta_t, theta = (scales..., sigma_f); dk/dlog sigma_f = 2
+// k. w: x.rows x z.rows; with `lower_only` z is x, and W symmetric with the lower triangle read.
 std::vector<double> CovarianceGradient(const CovarianceParameters& parameters,
-                                       ConstMatrixView<double> x, ConstMatrixView<double> w);
-
-// g_t = sum_ij W_ij dk(x_i, z_j) / d log theta_t; w: x.rows x z.rows.
-std::vector<double> CrossCovarianceGradient(const CovarianceParameters& parameters,
-                                            ConstMatrixView<double> x, ConstMatrixView<double> z,
-                                            ConstMatrixView<double> w);
+                                       ConstMatrixView<double> x, ConstMatrixView<double> z,
+                                       ConstMatrixView<double> w, bool lower_only);
 
 // g_t = sum_i w_i dk(x_i, x_i) / d log theta_t; w: x.rows values.
 std::vector<double> VarianceGradient(const CovarianceParameters& parameters,

@@ -74,7 +74,7 @@ TEST_P(EveryFunction, DerivativesAreFiniteDifferences) {
     for (int64_t j = 0; j <= i; ++j) w(i, j) = w(j, i) = Uniform(random, -1.0, 1.0);
   }
   const std::vector<double> gradient =
-      reference::CovarianceGradient(parameters_, x_, {w.data(), kCount, kCount});
+      reference::CovarianceGradient(parameters_, x_, x_, {w.data(), kCount, kCount}, true);
   ASSERT_EQ(gradient.size(), parameters_.scales.size() + 1);
   const double size = Gram(parameters_).cwiseAbs().sum();
   for (size_t t = 0; t < gradient.size(); ++t) {

@@ -86,7 +86,8 @@ TEST_P(OnTheDevice, DerivativesAreTheReferences) {
   for (double& weight : w) weight = Uniform(random_, -1.0, 1.0);
   const ConstMatrixView<double> weights(w.data(), kCount, kCount);
   const auto actual = Value(CovarianceGradient(*TestContext(), parameters_, x_, weights));
-  const std::vector<double> expected = reference::CovarianceGradient(parameters_, x_, weights);
+  const std::vector<double> expected =
+      reference::CovarianceGradient(parameters_, x_, x_, weights, true);
   ASSERT_EQ(actual.size(), expected.size());
   // Some hundred roundings in each of the n^2 terms, which are of the order of the variance; the
   // derivative of Matern 1/2 divides by the distance.

@@ -60,7 +60,7 @@ void ExpectTheDefinition(const std::string& function, const Data& data) {
   const Matrix alpha = llt.solve(y), inverse = llt.solve(Matrix::Identity(n, n));
   const Matrix weights = alpha * alpha.transpose() - static_cast<double>(k) * inverse;
   const std::vector<double> gradient =
-      reference::CovarianceGradient(parameters, data.x(), {weights.data(), n, n});
+      reference::CovarianceGradient(parameters, data.x(), data.x(), {weights.data(), n, n}, true);
   // Rounding errors: the matrix's condition is at most its norm over the noise.
   const double relative = 100.0 * static_cast<double>(n) * std::numeric_limits<double>::epsilon() *
                           covariance.norm() / kNoise;

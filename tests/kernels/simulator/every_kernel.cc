@@ -76,7 +76,8 @@ void RunCovariance(Context& context, const CovarianceParameters& parameters, con
   }
   const ConstMatrixView<double> weights(inputs.factor.data(), kPoints, kPoints);
   ExpectNear(Value(CovarianceGradient(context, parameters, inputs.x(), weights)),
-             reference::CovarianceGradient(parameters, inputs.x(), weights), "covariance gradient");
+             reference::CovarianceGradient(parameters, inputs.x(), inputs.x(), weights, true),
+             "covariance gradient");
   Value(CrossCovarianceGradient(context, parameters, inputs.x(), inputs.x().rows_between(2, 7),
                                 {inputs.factor.data(), kPoints, 5, kPoints}));
 }
