@@ -17,51 +17,49 @@ _APPROXIMATIONS = ("exact", "dtc", "fitc", "iterative")
 _PRECISIONS = ("auto", "float64", "float32")
 
 _egosieve = Library("egosieve", """
-device_count(int32* count)
+device_count(int32& count)
 device_name(int32 index, char* text, int64 capacity)
-gp_create(GpOptions* options, void** gp)
-gp_load_normalized(char* path, char* device, void** gp)
-gp_deserialize(void* bytes, int64 size, char* device, void** gp)
+gp_create(GpOptions* options, void*& gp)
+gp_load_normalized(char* path, char* device, void*& gp)
+gp_deserialize(void* bytes, int64 size, char* device, void*& gp)
 gp_free gp_calibrate posterior_free(void* handle)
 gp_condition_noisy(void* gp, in x, in y, in alpha)
-gp_remove(void* gp, int64* rows, int64 count)
+gp_remove(void* gp, int64[] rows)
 gp_describe(void* gp, GpInfo* info)
 gp_scales(void* gp, double* scales, int64 count)
 gp_covariance_text gp_annotation gp_serialize(void* gp, void* bytes, int64 capacity, int64* size)
 gp_points(void* gp, out x, out y)
 gp_noise_variances(void* gp, out v)
-gp_log_marginal_likelihood(void* gp, double* value)
+gp_log_marginal_likelihood(void* gp, double& value)
 gp_optimize(void* gp, OptimizeOptions* options, OptimizeResult* result)
 gp_classify(void* gp, in x, in y, in sample_weight, OptimizeOptions* options, OptimizeResult* result)
 gp_predict posterior_predict(void* handle, in x, Prediction* prediction)
 gp_predict_grid posterior_predict_grid(void* handle, Grid* grid, Prediction* prediction)
 gp_predict_image posterior_predict_image(void* handle, Image* image, int32 stride, Prediction* prediction)
 gp_describe_pixels(void* gp, Image* image, in places, out out)
-gp_posterior(void* gp, void** posterior)
-gp_posterior_on_devices(void* gp, char** devices, int64 count, void** posterior)
-posterior_float32_error(void* posterior, double* mean, double* variance, double* deviation)
-posterior_opencl(void* posterior, void** context, void** device)
-posterior_enqueue(void* posterior, DeviceCall* call, void** event)
+gp_posterior(void* gp, void*& posterior)
+gp_posterior_on_devices(void* gp, char*[] devices, void*& posterior)
+posterior_float32_error(void* posterior, double& mean, double& variance, double& deviation)
+posterior_opencl(void* posterior, void*& context, void*& device)
+posterior_enqueue(void* posterior, DeviceCall* call, void*& event)
 gp_set_annotation(void* gp, void* bytes, int64 size)
 gp_save gp_save_normalized(void* gp, char* path)
 gp_predict_joint(void* gp, in x, int32 of_observation, out mean, out covariance)
 gp_covariances(void* gp, in x, in z, out k, out by_logarithms, out by_x)
-gp_enqueue_covariances(void* gp, DeviceMatrix* x, DeviceMatrix* z, DeviceMatrix* k, void* queue, void** wait, int64 wait_count, void** event)
+gp_enqueue_covariances(void* gp, DeviceMatrix* x, DeviceMatrix* z, DeviceMatrix* k, void* queue, void*[] wait, void*& event)
 gp_sample(void* gp, in x, uint64 seed, int32 of_observation, out samples, double* jitter)
 gp_sample_paths(void* gp, in x, uint64 seed, int64 frequencies, int32 of_observation, out samples)
 gp_gradients(void* gp, in x, out mean, out variance)
 gp_leave_one_out(void* gp, out mean, out variance, out log_density)
 gp_mean_coefficients(void* gp, out coefficients)
-gp_likelihood_at(void* gp, double* theta, int64 count, double* value, double* gradient)
+gp_likelihood_at(void* gp, double[] theta, double& value, double* gradient)
 """)  # fmt: skip
 
 
 def devices():
     """A line on each device, by its index."""
-    count, name = c_int32(), ctypes.create_string_buffer(256)
-    _egosieve.call("device_count", count)
-    names = []
-    for index in range(count.value):
+    name, names = ctypes.create_string_buffer(256), []
+    for index in range(_egosieve.call("device_count")):
         _egosieve.call("device_name", index, name, len(name))
         names.append(name.value.decode(errors="replace"))
     return names
@@ -100,23 +98,11 @@ class _Predictor(Handle):
 class Posterior(_Predictor):
     _prefix = "posterior_"
 
-    def float32_error(self):
-        errors = {name: c_double() for name in ("mean", "variance", "deviation")}
-        self.call("float32_error", *errors.values())
-        return {name: error.value for name, error in errors.items()}
-
-    def opencl(self):
-        context, device = c_void_p(), c_void_p()
-        self.call("opencl", context, device)
-        return context.value, device.value
-
     def enqueue(self, queue, queries, count, first, stride, wait, **results):
         results = {name: fill(DeviceArray(memory), first=offset) for name, (memory, offset) in results.items()}
         call = _egosieve.new(DeviceCall, queue=queue, queries=queries, query_count=count, query_first=first, query_stride=stride,
                              wait=(c_void_p * len(wait))(*wait), wait_count=len(wait), **results)  # fmt: skip
-        event = c_void_p()
-        self.call("enqueue", call, event)
-        return event.value
+        return self.call("enqueue", call)
 
 
 class Model(_Predictor):
@@ -131,21 +117,18 @@ class Model(_Predictor):
         """The other options have the names of egosieve_gp_options."""
         if scales is not None:
             options.update(scales=_doubles(scales), scale_count=len(scales))
-        return cls(_egosieve.make("gp_create", _egosieve.new(
+        return cls(_egosieve.call("gp_create", _egosieve.new(
             GpOptions, covariance=_NAMED_COVARIANCE, covariance_text=encoded(kernel), mean=choice("mean", mean, _MEANS),
             approximation=choice("approximation", approximation, _APPROXIMATIONS), device=encoded(device), **options,
         ), not_found=ValueError))  # fmt: skip
 
     @classmethod
     def load(cls, path, device):
-        return cls(_egosieve.make("gp_load_normalized", encoded(path), encoded(device)))
+        return cls(_egosieve.call("gp_load_normalized", encoded(path), encoded(device)))
 
     @classmethod
     def deserialize(cls, content, device):
-        return cls(_egosieve.make("gp_deserialize", content, len(content), encoded(device)))
-
-    def remove(self, rows):
-        self.call("remove", (c_int64 * len(rows))(*rows), len(rows))
+        return cls(_egosieve.call("gp_deserialize", content, len(content), encoded(device)))
 
     def optimize(self, call, *points, search):
         """`search`: subset_size, restarts, seed, and bounds as GaussianProcess takes them; None to keep all."""
@@ -162,11 +145,6 @@ class Model(_Predictor):
         ends = {-1: "lower", 1: "upper"}
         reached = {name: ends[end] for name, end in zip(optimization.names(len(lower) - 2), on_bound) if end}
         return {**account, "converged": bool(result.converged), "on_bound": reached}
-
-    def log_marginal_likelihood(self):
-        value = c_double()
-        self.call("log_marginal_likelihood", value)
-        return value.value
 
     def describe(self):
         info = _egosieve.new(GpInfo)
@@ -186,31 +164,20 @@ class Model(_Predictor):
         }
 
     def likelihood_at(self, theta, with_gradient):
-        value, gradient = c_double(), _doubles([0.0] * len(theta)) if with_gradient else None
-        self.call("likelihood_at", _doubles(theta), len(theta), value, gradient)
-        return value.value, list(gradient or [])
+        gradient = _doubles([0.0] * len(theta)) if with_gradient else None
+        return self.call("likelihood_at", theta, gradient), list(gradient or [])
 
     def posterior(self, devices=None):
-        handle = c_void_p()
-        if devices is None:
-            self.call("posterior", handle)
-            return self._made(handle)
-        if not isinstance(devices, (list, tuple)):
+        if not isinstance(devices, (list, tuple, type(None))):
             raise TypeError(f"devices is a {type(devices).__name__}; it must be a list of names")
-        names = (ctypes.c_char_p * len(devices))(*map(encoded, devices))
-        self.call("posterior_on_devices", names, len(devices), handle, not_found=ValueError)
-        return self._made(handle)
-
-    def _made(self, handle):
-        made = Posterior(handle)
+        made = Posterior(self.call("posterior") if devices is None else
+                         self.call("posterior_on_devices", map(encoded, devices), not_found=ValueError))  # fmt: skip
         made.in_float64 = self.in_float64
         return made
 
     def enqueue_covariances(self, x, z, k, queue, wait):
-        event = c_void_p()
         matrices = [fill(DeviceMatrix(), memory=memory, first=first, rows=rows) for memory, first, rows in (x, z, k)]
-        self.call("enqueue_covariances", *matrices, queue, (c_void_p * len(wait))(*wait), len(wait), event)
-        return event.value
+        return self.call("enqueue_covariances", *matrices, queue, wait)
 
     def save(self, path, annotation, normalized):
         content = annotation.encode()

@@ -24,6 +24,13 @@ def _type(name):
     return _TYPES[name]
 
 
+def _in_c(kind, _):
+    """The C types of a parameter of Library's."""
+    if kind.endswith("[]"):
+        return [_type(kind[:-2] + "*"), ctypes.c_int64]
+    return [_type("Array*" if kind in ("in", "out") else kind.replace("&", "*"))]
+
+
 def _struct(name, fields, init=None):
     """A struct with fields as in C, "int32 width height, int64 row_stride"; `init` names the call of its defaults."""
     fields = [(field, _type(kind)) for kind, *names in map(str.split, fields.split(",")) for field in names]
@@ -81,7 +88,8 @@ def _load(name):
 class Library:
     """Calls of a shared library, declared as in C without "egosieve_" and the status that they return.
 
-    "in x" and "out x" are matrices that are read and written: NumPy arrays, or None.
+    "in x" and "out x" are matrices that are read and written: NumPy arrays, or None. "int64[] rows" is a list, with its
+    length as the next argument in C. "double& value" is a pointer to a result, which `call` gives.
     """
 
     def __init__(self, name, calls):
@@ -92,25 +100,30 @@ class Library:
             for call in names.split():
                 self._parameters[call] = [parameter.split() for parameter in parameters.split(", ")]
                 function = getattr(self._library, "egosieve_" + call)
-                kinds = [kind for kind, _ in self._parameters[call]]
-                function.argtypes = [_type("Array*" if kind in ("in", "out") else kind) for kind in kinds]
+                function.argtypes = [kind for parameter in self._parameters[call] for kind in _in_c(*parameter)]
                 function.restype = ctypes.c_int32
 
     def status(self, call, *arguments):
         return getattr(self._library, "egosieve_" + call)(*arguments)
 
     def call(self, call, *arguments, not_found=FileNotFoundError):
-        """ValueError (bad arguments, damaged files), FileNotFoundError, NotImplementedError, MemoryError, RuntimeError for the rest."""
-        views = {"in": _read, "out": written}
-        parameters = zip(self._parameters[call], arguments)
-        check(self.status(call, *(views[kind](name, value) if kind in views else value for (kind, name), value in parameters)),
-              not_found)  # fmt: skip
+        """The result, or a list of several.
 
-    def make(self, call, *arguments, not_found=FileNotFoundError):
-        """The handle that a call gives as its last argument."""
-        handle = ctypes.c_void_p()
-        self.call(call, *arguments, handle, not_found=not_found)
-        return handle
+        ValueError (bad arguments, damaged files), FileNotFoundError, NotImplementedError, MemoryError, RuntimeError for the rest.
+        """
+        views, given, passed, results = {"in": _read, "out": written}, iter(arguments), [], []
+        for kind, name in self._parameters[call]:
+            if kind.endswith("&"):
+                results.append(_type(kind[:-1])())
+                passed.append(results[-1])
+            elif kind.endswith("[]"):
+                values = list(next(given))
+                passed += [(_type(kind[:-2]) * len(values))(*values), len(values)]
+            else:
+                value = next(given)
+                passed.append(views[kind](name, value) if kind in views else value)
+        check(self.status(call, *passed), not_found)
+        return results[0].value if len(results) == 1 else [result.value for result in results]
 
     def new(self, struct, **values):
         """A struct with the library's defaults but these values; integers that do not fit are ValueError."""
@@ -136,7 +149,7 @@ class Handle:
             self._library.status(self._prefix + "free", self._handle)
 
     def call(self, call, *arguments, **wishes):
-        self._library.call(self._prefix + call, self._handle, *arguments, **wishes)
+        return self._library.call(self._prefix + call, self._handle, *arguments, **wishes)
 
 
 def fill(struct, **values):

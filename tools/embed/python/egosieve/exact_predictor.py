@@ -158,7 +158,7 @@ class ExactPredictor(Predictor):
         """
         core = self._fitted()
         if theta is None and not eval_gradient:
-            return core.log_marginal_likelihood()
+            return core.call("log_marginal_likelihood")
         if theta is None:
             found = core.describe()
             theta = np.log([*found["scales"], found["signal_stddev"], found["noise_stddev"]])

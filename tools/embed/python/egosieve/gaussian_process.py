@@ -199,7 +199,7 @@ class GaussianProcess(ExactPredictor, Regressor):
         core = self._fitted()
         rows = arguments.indices("rows", rows, core.describe()["size"])
         if len(rows):
-            core.remove(rows)
+            core.call("remove", rows)
         return self
 
     def freeze(self, devices=None):

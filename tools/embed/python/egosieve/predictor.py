@@ -231,7 +231,7 @@ class FrozenPosterior(Predictor):
 
         With PyOpenCL: ``pyopencl.Context.from_int_ptr(address)`` and ``pyopencl.Device.from_int_ptr(address)``.
         """
-        return self._core.opencl()
+        return tuple(self._core.call("opencl"))
 
     def float32_error(self):
         """The errors of results in float32, which those of `enqueue` always are.
@@ -244,7 +244,7 @@ class FrozenPosterior(Predictor):
             "mean", "variance" (infinite where rounding makes one negative) and "deviation", the least of f at these
             places. In units of y and its square, of normalised y where there is normalize_y.
         """
-        return self._core.float32_error()
+        return dict(zip(("mean", "variance", "deviation"), self._core.call("float32_error")))
 
     def enqueue(self, queue, queries, count, mean=None, variance=None, probability=None, clamped=None,
                 first=0, stride=0, wait_for=()):

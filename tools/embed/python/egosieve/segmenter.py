@@ -1,6 +1,6 @@
 """The segmenter: frames of one moving camera in, maps of what moves by itself out."""
 
-from ctypes import c_int32, c_int64, pointer
+from ctypes import pointer
 from typing import NamedTuple
 
 import numpy as np
@@ -11,12 +11,12 @@ from ._library import Handle, Library, Map, SegmenterOptions, choice, encoded, i
 _PROFILES = ("default", "paper", "fast")
 
 _vision = Library("egosieve_vision", """
-segmenter_create(SegmenterOptions* options, void** segmenter)
-segmenter_load(char* path, char* device, void** segmenter)
+segmenter_create(SegmenterOptions* options, void*& segmenter)
+segmenter_load(char* path, char* device, void*& segmenter)
 segmenter_free(void* segmenter)
-segmenter_grid_size(void* segmenter, int32 width, int32 height, int64* rows, int64* columns)
-segmenter_frame_count(void* segmenter, int64* frames)
-segmenter_waiting(void* segmenter, int64* frames, int32* width, int32* height)
+segmenter_grid_size(void* segmenter, int32 width, int32 height, int64& rows, int64& columns)
+segmenter_frame_count(void* segmenter, int64& frames)
+segmenter_waiting(void* segmenter, int64& frames, int32& width, int32& height)
 segmenter_finish(void* segmenter, Map* map, FrameReport* report)
 segmenter_process(void* segmenter, Image* image, double time_seconds, Map* map, FrameReport* report)
 segmenter_save(void* segmenter, char* path)
@@ -145,7 +145,7 @@ class Segmenter:
             ignore = np.asarray(ignore)
             ignore = ignore.astype(np.uint8) if ignore.dtype == bool else ignore
             options["ignore"] = pointer(image("ignore", ignore))
-        self._session = _Session(_vision.make("segmenter_create", _vision.new(
+        self._session = _Session(_vision.call("segmenter_create", _vision.new(
             SegmenterOptions, profile=choice("profile", profile, _PROFILES), device=encoded(device), **options,
         ), not_found=ValueError))  # fmt: skip
 
@@ -173,11 +173,10 @@ class Segmenter:
     def finish(self, *, full=False):
         """With a lag, the SegmentationMaps of the last frames, which have no later ones: an iterator."""
         while True:
-            count, width, height = c_int64(), c_int32(), c_int32()
-            self._session.call("waiting", count, width, height)
-            if count.value == 0:
+            count, width, height = self._session.call("waiting")
+            if count == 0:
                 return
-            yield self._map("finish", shape=(height.value, width.value), full=full)
+            yield self._map("finish", shape=(height, width), full=full)
 
     def process_all(self, frames, *, order="bgr", full=False):
         """The SegmentationMap of every frame of an iterable: an iterator."""
@@ -193,9 +192,7 @@ class Segmenter:
 
     def grid_size(self, width, height):
         """(rows, columns) of the maps of frames of this size."""
-        rows, columns = c_int64(), c_int64()
-        self._session.call("grid_size", width, height, rows, columns)
-        return rows.value, columns.value
+        return tuple(self._session.call("grid_size", width, height))
 
     def save(self, path):
         """Writes all that the next frame needs into a file, whole or not at all.
@@ -208,7 +205,7 @@ class Segmenter:
     def load(cls, path, device=None):
         """Reads what save wrote."""
         segmenter = cls.__new__(cls)
-        segmenter._session = _Session(_vision.make("segmenter_load", encoded(path), encoded(device)))
+        segmenter._session = _Session(_vision.call("segmenter_load", encoded(path), encoded(device)))
         return segmenter
 
     def _report(self, call, *arguments):
@@ -227,6 +224,5 @@ class Segmenter:
         return None if report is None else SegmentationMap(report=report, **arrays)
 
     def _arguments(self, frame, time_seconds, order="bgr"):
-        count = c_int64()
-        self._session.call("frame_count", count)
-        return image("frame", np.asarray(frame), order), 0.1 * count.value if time_seconds is None else float(time_seconds)
+        count = self._session.call("frame_count")
+        return image("frame", np.asarray(frame), order), 0.1 * count if time_seconds is None else float(time_seconds)
