@@ -1,6 +1,7 @@
 // Results that the model computes on the host, in float64, into the caller's arrays: joint
 // predictions, samples, gradients, leave-one-out. All are computed before one is written.
 #include <algorithm>
+#include <type_traits>
 #include <vector>
 
 #include "gp/training/marginal_likelihood.h"
@@ -44,44 +45,22 @@ egosieve_status WithQueries(const char* function, egosieve_gp* gp, const egosiev
   });
 }
 
-void WriteCoefficients(const gp::ExactModel& model, const egosieve_array* coefficients) {
-  const gp::RegressionWeights& weights = model.weights();
-  const OutputArray output("coefficients", coefficients, weights.basis, weights.outputs);
-  Check(weights.CheckDetermined());
-  output.Write(weights.coefficients);
-}
-
-// Other models have the zero mean, and so no coefficients.
+// Of a sparse model with its present inducing inputs.
 template <typename Model>
-void WriteCoefficients(const Model& model, const egosieve_array* coefficients) {
-  OutputArray("coefficients", coefficients, 0, model.outputs());
-}
-
-gp::MarginalLikelihood LikelihoodOf(const gp::ExactModel& model, const gp::Hyperparameters& there,
+gp::MarginalLikelihood LikelihoodOf(const Model& model, const gp::Hyperparameters& there,
                                     gp::LikelihoodOrder order) {
-  return Take(gp::ComputeMarginalLikelihood(*model.context(), there, model.observations(), order));
-}
-
-// Uses the model's present inducing inputs.
-gp::MarginalLikelihood LikelihoodOf(const gp::SparseModel& model, const gp::Hyperparameters& there,
-                                    gp::LikelihoodOrder order) {
+  kernels::Context& context = *model.context();
   gp::MarginalLikelihood nothing;
-  if (order == gp::LikelihoodOrder::kValueAndGradient) nothing.gradient.resize(there.count());
-  if (model.size() == 0) return nothing;
-  return Take(gp::ComputeSparseLikelihood(*model.context(), there, model.observations(),
-                                          model.inducing_inputs(), order, model.options()));
-}
-
-gp::MarginalLikelihood LikelihoodOf(const gp::IterativeModel&, const gp::Hyperparameters&,
-                                    gp::LikelihoodOrder) {
+  if constexpr (std::is_same_v<Model, gp::ExactModel>) {
+    return Take(gp::ComputeMarginalLikelihood(context, there, model.observations(), order));
+  } else if constexpr (std::is_same_v<Model, gp::SparseModel>) {
+    if (order == gp::LikelihoodOrder::kValueAndGradient) nothing.gradient.resize(there.count());
+    if (model.size() == 0) return nothing;
+    return Take(gp::ComputeSparseLikelihood(context, there, model.observations(),
+                                            model.inducing_inputs(), order, model.options()));
+  }
   Check(gp::NeedsFactor());
-  return {};
-}
-
-double OwnLikelihood(const gp::ExactModel& model) { return model.LogMarginalLikelihood(); }
-template <typename Model>
-double OwnLikelihood(const Model& model) {
-  return LikelihoodOf(model, model.hyperparameters(), gp::LikelihoodOrder::kValue).value;
+  return nothing;
 }
 
 }  // namespace
@@ -202,14 +181,24 @@ egosieve_status egosieve_gp_leave_one_out(egosieve_gp* gp, const egosieve_array*
 }
 
 egosieve_status egosieve_gp_mean_coefficients(egosieve_gp* gp, const egosieve_array* coefficients) {
-  return WithRegression(
-      __func__, gp, [&](const auto& regression) { WriteCoefficients(regression, coefficients); });
+  return WithRegression(__func__, gp, [&](const auto& regression) {
+    gp::RegressionWeights weights;  // of the zero mean, which other models have
+    if constexpr (requires { regression.weights(); }) weights = regression.weights();
+    const OutputArray output("coefficients", coefficients, weights.basis, regression.outputs());
+    Check(weights.CheckDetermined());
+    output.Write(weights.coefficients);
+  });
 }
 
 egosieve_status egosieve_gp_log_marginal_likelihood(egosieve_gp* gp, double* value) {
   return WithRegression(__func__, gp, [&](const auto& regression) {
     RequirePointer("value", value);
-    *value = OwnLikelihood(regression);
+    if constexpr (std::is_same_v<std::decay_t<decltype(regression)>, gp::ExactModel>) {
+      *value = regression.LogMarginalLikelihood();
+    } else {
+      *value =
+          LikelihoodOf(regression, regression.hyperparameters(), gp::LikelihoodOrder::kValue).value;
+    }
   });
 }
 
