@@ -5,6 +5,7 @@
 #include <numeric>
 #include <random>
 
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {

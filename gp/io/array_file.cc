@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {

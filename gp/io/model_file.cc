@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "gp/io/array_file.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 
@@ -43,10 +43,10 @@ absl::Status CheckVersion(ArrayMap& arrays) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> version,
                             Take<int64_t>("format_version", 1, arrays));
   EGOSIEVE_REQUIRE(DataLoss, version[0] >= 1, "format version %d", version[0]);
-  if (version[0] <= kModelFormatVersion) return absl::OkStatus();
-  return absl::UnimplementedError(
-      absl::StrFormat("format version %d; this program reads up to %d: use a newer one", version[0],
-                      kModelFormatVersion));
+  EGOSIEVE_REQUIRE(Unimplemented, version[0] <= kModelFormatVersion,
+                   "format version %d; this program reads up to %d: use a newer one", version[0],
+                   kModelFormatVersion);
+  return absl::OkStatus();
 }
 
 absl::Status TakeFunction(ArrayMap& arrays, kernels::CovarianceParameters& covariance) {
@@ -165,11 +165,10 @@ absl::Status TakeTrainer(ArrayMap& arrays, std::optional<TrainerState>& trainer)
 }
 
 absl::Status CheckSquash(const SquashParameters& squash) {
-  if (squash.a > 0.0 && std::isfinite(squash.a) && std::isfinite(squash.b)) {
-    return absl::OkStatus();
-  }
-  return absl::InvalidArgumentError(absl::StrFormat(
-      "squash a = %g, b = %g; a must be positive and both finite", squash.a, squash.b));
+  EGOSIEVE_REQUIRE(InvalidArgument,
+                   squash.a > 0.0 && std::isfinite(squash.a) && std::isfinite(squash.b),
+                   "squash a = %g, b = %g; a must be positive and both finite", squash.a, squash.b);
+  return absl::OkStatus();
 }
 
 // Bytes of the machine.
@@ -181,10 +180,10 @@ double Memory() {
 absl::Status CheckMemory(int64_t n, int64_t columns) {
   const double factor = 8.0 * static_cast<double>(n) * static_cast<double>(columns);
   const double memory = Memory();
-  if (factor <= memory) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      absl::StrFormat("the factor of %d points takes %.0f GB; this machine has %.0f", n,
-                      1e-9 * factor, 1e-9 * memory));
+  EGOSIEVE_REQUIRE(FailedPrecondition, factor <= memory,
+                   "the factor of %d points takes %.0f GB; this machine has %.0f", n, 1e-9 * factor,
+                   1e-9 * memory);
+  return absl::OkStatus();
 }
 
 // What a sparse or an iterative model is.

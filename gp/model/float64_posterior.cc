@@ -100,12 +100,9 @@ Float64Posterior::Float64Posterior(std::shared_ptr<kernels::Context> context,
                                    SharedFactor factor)
     : context_(std::move(context)),
       hyperparameters_(hyperparameters),
+      inputs_(Widen(inputs)),
       weights_(weights),
-      factor_(std::move(factor)) {
-  for (int64_t i = 0; i < inputs.rows; ++i) {
-    inputs_.insert(inputs_.end(), inputs.row(i), inputs.row(i) + inputs.cols);
-  }
-}
+      factor_(std::move(factor)) {}
 
 absl::StatusOr<int64_t> Float64Posterior::Evaluate(ConstMatrixView<double> queries, double* means,
                                                    double* variances) const {

@@ -6,6 +6,7 @@
 
 #include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"

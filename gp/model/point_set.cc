@@ -117,12 +117,15 @@ absl::StatusOr<std::vector<double>> TargetsOfLabels(absl::Span<const double> lab
   return targets;
 }
 
-std::vector<double> Widen(ConstMatrixView<float> inputs) {
+template <typename T>
+std::vector<double> Widen(kernels::MatrixView<T> inputs) {
   std::vector<double> wide(inputs.rows * inputs.cols);
   for (int64_t i = 0; i < inputs.rows; ++i) {
     std::copy_n(inputs.row(i), inputs.cols, wide.begin() + i * inputs.cols);
   }
   return wide;
 }
+template std::vector<double> Widen(ConstMatrixView<float>);
+template std::vector<double> Widen(ConstMatrixView<double>);
 
 }  // namespace egosieve::gp

@@ -79,8 +79,9 @@ absl::Status CheckPoints(kernels::ConstMatrixView<double> inputs, int64_t dimens
 // y = 2 p - 1. InvalidArgument, with the value, unless every p is in [0, 1].
 absl::StatusOr<std::vector<double>> TargetsOfLabels(absl::Span<const double> labels);
 
-// The same numbers in float64.
-std::vector<double> Widen(kernels::ConstMatrixView<float> inputs);
+// A packed copy in float64.
+template <typename T>
+std::vector<double> Widen(kernels::MatrixView<T> inputs);
 
 // Removes the given rows (of `width` elements each, 0 for none; strictly increasing) from `values`.
 template <typename T>

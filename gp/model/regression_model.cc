@@ -1,6 +1,6 @@
 #include "gp/model/regression_model.h"
 
-#include "absl/strings/str_format.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -34,9 +34,9 @@ absl::Status CheckSetUp(const kernels::Context* context, const Hyperparameters& 
 }
 
 absl::Status CheckZeroMean(const char* kind, const Hyperparameters& hyperparameters) {
-  if (hyperparameters.mean == MeanFunction::kZero) return absl::OkStatus();
-  return absl::UnimplementedError(
-      absl::StrFormat("%s models have the zero mean; take the mean off the targets", kind));
+  EGOSIEVE_REQUIRE(Unimplemented, hyperparameters.mean == MeanFunction::kZero,
+                   "%s models have the zero mean; take the mean off the targets", kind);
+  return absl::OkStatus();
 }
 
 absl::Status CheckReplacement(const Hyperparameters& hyperparameters, int64_t size,

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "absl/container/fixed_array.h"
-#include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
+#include "kernels/base/argument_checks.h"
 
 namespace egosieve::gp {
 namespace {
@@ -34,11 +34,11 @@ void TransposedProduct(const std::vector<double>& a, int64_t columns, ConstMatri
 }  // namespace
 
 absl::Status RegressionWeights::CheckDetermined() const {
-  if (determined) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrFormat(
-      "%d points do not determine the %d coefficients of the mean function; add points that differ "
-      "in every input",
-      points, basis));
+  EGOSIEVE_REQUIRE(FailedPrecondition, determined,
+                   "%d points do not determine the %d coefficients of the mean function; add "
+                   "points that differ in every input",
+                   points, basis);
+  return absl::OkStatus();
 }
 
 template <typename Input>

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_format.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -17,9 +17,9 @@ using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
 absl::Status CheckOneOutput(int64_t outputs) {
-  if (outputs == 1) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrFormat(
-      "targets of %d outputs; a sparse model has one: make a model for each", outputs));
+  EGOSIEVE_REQUIRE(InvalidArgument, outputs == 1,
+                   "targets of %d outputs; a sparse model has one: make a model for each", outputs);
+  return absl::OkStatus();
 }
 
 constexpr int64_t kPredictionTile = 512;
@@ -195,20 +195,13 @@ absl::Status SparseModel::SetHyperparameters(const Hyperparameters& hyperparamet
 }
 
 absl::Status SparseModel::Refresh() {
-  EGOSIEVE_ASSIGN_OR_RETURN(solution_,
-                            ChooseAndSolveSparse(*context_, options_, hyperparameters_, points_));
-  changes_ = 0;
-  return absl::OkStatus();
+  return SetHyperparameters(Hyperparameters(hyperparameters_));
 }
 
 absl::Status SparseModel::SetInducingInputs(ConstMatrixView<double> inputs) {
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints(inputs, input_dimension()));
-  std::vector<double> copy;
-  for (int64_t i = 0; i < inputs.rows; ++i) {
-    copy.insert(copy.end(), inputs.row(i), inputs.row(i) + inputs.cols);
-  }
   EGOSIEVE_ASSIGN_OR_RETURN(
-      solution_, SolveSparse(*context_, options_, hyperparameters_, points_, std::move(copy)));
+      solution_, SolveSparse(*context_, options_, hyperparameters_, points_, Widen(inputs)));
   return absl::OkStatus();
 }
 

@@ -8,6 +8,7 @@
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/not_positive_definite.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"

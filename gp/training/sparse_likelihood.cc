@@ -8,6 +8,7 @@
 #include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
 
@@ -34,13 +35,9 @@ absl::StatusOr<Terms> ComputeTerms(kernels::Context& context,
                                    const Hyperparameters& hyperparameters, const PointSet& points,
                                    ConstMatrixView<double> inducing,
                                    const SparseModelOptions& options) {
-  std::vector<double> inputs;
-  for (int64_t i = 0; i < inducing.rows; ++i) {
-    inputs.insert(inputs.end(), inducing.row(i), inducing.row(i) + inducing.cols);
-  }
   Terms terms;
   EGOSIEVE_ASSIGN_OR_RETURN(terms.solution, SolveSparse(context, options, hyperparameters, points,
-                                                        std::move(inputs), &terms.projections));
+                                                        Widen(inducing), &terms.projections));
   const int64_t n = points.size(), m = inducing.rows;
   const SparseSolution& solution = terms.solution;
   terms.beta.resize(n);

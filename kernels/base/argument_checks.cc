@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "kernels/base/status_macros.h"
-
 namespace egosieve::kernels {
 
 absl::Status CheckShape(std::string_view name, const void* data, int64_t rows, int64_t cols,

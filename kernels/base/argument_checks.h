@@ -8,8 +8,18 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/string_view.h"
 #include "kernels/base/matrix_view.h"
+
+// Returns an error of this kind, such as InvalidArgument, with this text, in StrFormat's manner,
+// from the enclosing function unless the condition holds.
+#define EGOSIEVE_REQUIRE(kind, condition, ...)                \
+  do {                                                        \
+    if (!(condition)) {                                       \
+      return absl::kind##Error(absl::StrFormat(__VA_ARGS__)); \
+    }                                                         \
+  } while (false)
 
 namespace egosieve::kernels {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "kernels/base/status_macros.h"
+#include "kernels/base/argument_checks.h"
 
 namespace egosieve::kernels {
 

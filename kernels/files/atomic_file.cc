@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::kernels {
@@ -61,10 +62,10 @@ absl::Status CheckReplaceable(const std::string& path) {
   if (lstat(path.c_str(), &status) != 0) {
     return errno == ENOENT || errno == ENOTDIR ? absl::OkStatus() : WriteError(path, errno);
   }
-  if (S_ISREG(status.st_mode)) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      absl::StrCat(path, " is ", S_ISLNK(status.st_mode) ? "a symbolic link" : "no regular file",
-                   " and is not replaced; choose another path"));
+  EGOSIEVE_REQUIRE(FailedPrecondition, S_ISREG(status.st_mode),
+                   "%s is %s and is not replaced; choose another path", path,
+                   S_ISLNK(status.st_mode) ? "a symbolic link" : "no regular file");
+  return absl::OkStatus();
 }
 
 absl::StatusOr<std::string> TemporaryName(const std::string& path, const std::string& extension) {
@@ -160,10 +161,8 @@ absl::StatusOr<TemporaryFile> TemporaryFile::Create(const std::string& path,
     const int descriptor =
         open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor < 0 && errno == EEXIST) continue;
-    if (descriptor < 0 && (errno == ENOENT || errno == ENOTDIR)) {
-      return absl::NotFoundError(
-          absl::StrCat("cannot write ", path, ": there is no such folder; check the path"));
-    }
+    EGOSIEVE_REQUIRE(NotFound, descriptor >= 0 || (errno != ENOENT && errno != ENOTDIR),
+                     "cannot write %s: there is no such folder; check the path", path);
     if (descriptor < 0) return WriteError(path, errno);
     TemporaryFile file(path, name, descriptor);
     // RemoveAbandonedTemporaries may run between the file's creation and its lock; then another
@@ -216,10 +215,8 @@ absl::StatusOr<std::string> ReadFile(const std::string& path, int64_t maximum_by
   if (file.get() < 0) return ReadError(path, errno);
   struct stat status;
   if (fstat(file.get(), &status) != 0) return ReadError(path, errno);
-  if (!S_ISREG(status.st_mode)) {
-    return absl::FailedPreconditionError(
-        absl::StrCat(path, " is not a regular file; give one that is"));
-  }
+  EGOSIEVE_REQUIRE(FailedPrecondition, S_ISREG(status.st_mode),
+                   "%s is not a regular file; give one that is", path);
   if (status.st_size > maximum_bytes) return TooLarge(path, status.st_size, maximum_bytes);
   try {
     return ReadToEnd(file.get(), path, status.st_size, maximum_bytes);

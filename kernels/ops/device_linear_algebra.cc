@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/buffer.h"
 
@@ -27,10 +28,8 @@ DeviceMatrix NewDeviceMatrix(const Context& context, int64_t rows, int64_t colum
 absl::StatusOr<DeviceLinearAlgebra> DeviceLinearAlgebra::Create(const Context& context,
                                                                 Workspace& workspace,
                                                                 const LinearAlgebraShape& shape) {
-  if (!context.info().float64) {
-    return absl::FailedPreconditionError(
-        absl::StrCat(context.info().name, " has no float64: factorise on the host"));
-  }
+  EGOSIEVE_REQUIRE(FailedPrecondition, context.info().float64,
+                   "%s has no float64: factorise on the host", context.info().name);
   DeviceLinearAlgebra algebra;
   algebra.context_ = &context;
   algebra.queue_ = workspace.queue();

@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/runtime/buffer.h"
 
 namespace egosieve::kernels::opencl {
@@ -39,11 +40,10 @@ DevicePreparation::DevicePreparation(const Context& context, const CovariancePar
 template <typename Input, typename Output>
 absl::StatusOr<cl::Kernel> DevicePreparation::Kernel(const Context& context,
                                                      Workspace& workspace) const {
-  if (!context.info().float64) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        context.info().name,
-        " has no float64, in which points are prepared: ", "hand them over in the host's memory"));
-  }
+  EGOSIEVE_REQUIRE(FailedPrecondition, context.info().float64,
+                   "%s has no float64, in which points are prepared: hand them over in the host's "
+                   "memory",
+                   context.info().name);
   return workspace.Kernel("prepare_points.cl",
                           absl::StrCat("-cl-std=CL1.2 -DVEC=1 -DINPUT=", NameOf<Input>(),
                                        " -DOUTPUT=", NameOf<Output>()),

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/opencl_error.h"
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/opencl_dense_posterior.h"

@@ -1,7 +1,5 @@
 #include "kernels/runtime/device.h"
 
-#include <algorithm>
-
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
@@ -52,14 +50,6 @@ absl::StatusOr<DeviceInfo> ChooseDefault(const std::vector<DeviceInfo>& devices)
     if (device.type != DeviceType::kReference) return device;
   }
   return absl::NotFoundError(WhyNoDevice());
-}
-
-bool Matches(const DeviceInfo& device, const std::string& lower_choice) {
-  return lower_choice == DeviceTypeName(device.type);
-}
-
-bool NameContains(const DeviceInfo& device, const std::string& lower_choice) {
-  return absl::StrContains(absl::AsciiStrToLower(device.name), lower_choice);
 }
 
 }  // namespace
@@ -139,11 +129,11 @@ absl::StatusOr<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices,
   if (absl::SimpleAtoi(choice, &index)) {
     if (index >= 0 && index < static_cast<int>(devices.size())) return devices[index];
   } else {
-    for (const auto predicate : {&Matches, &NameContains}) {
-      const auto found =
-          std::find_if(devices.begin(), devices.end(),
-                       [&](const DeviceInfo& device) { return predicate(device, lower); });
-      if (found != devices.end()) return *found;
+    for (const DeviceInfo& device : devices) {
+      if (lower == DeviceTypeName(device.type)) return device;
+    }
+    for (const DeviceInfo& device : devices) {
+      if (absl::StrContains(absl::AsciiStrToLower(device.name), lower)) return device;
     }
   }
   const std::string names =

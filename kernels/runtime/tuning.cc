@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
-#include "kernels/base/status_macros.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/files/atomic_file.h"
 
 namespace egosieve::kernels {

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <new>
 #include <optional>
+#include <type_traits>
 
 #include "gp/calibration/leave_one_out.h"
+#include "kernels/base/argument_checks.h"
 
 namespace egosieve::embed {
 namespace {
@@ -17,23 +19,18 @@ template <typename Model>
 absl::Status LabelsOf(const Model& model, bool is_laplace) {
   if (is_laplace) return absl::OkStatus();
   const absl::Span<const double> targets = model.targets();
-  if (model.outputs() > 1) {
-    return absl::FailedPreconditionError(
-        absl::StrFormat("probabilities are of one output; there are %d", model.outputs()));
-  }
+  EGOSIEVE_REQUIRE(FailedPrecondition, model.outputs() <= 1,
+                   "probabilities are of one output; there are %d", model.outputs());
   int64_t zeros = 0, ones = 0;
   for (const double target : targets) {
-    if (!(target >= -1.0 && target <= 1.0)) {
-      return absl::FailedPreconditionError(
-          absl::StrFormat("probabilities need every y in [-1, 1]; there is %g", target));
-    }
+    EGOSIEVE_REQUIRE(FailedPrecondition, target >= -1.0 && target <= 1.0,
+                     "probabilities need every y in [-1, 1]; there is %g", target);
     zeros += target == 0.0;
     ones += target == 1.0;
   }
-  if (zeros > 0 && zeros + ones == static_cast<int64_t>(targets.size())) {
-    return absl::FailedPreconditionError(
-        "every y is 0 or 1: probabilities need labels -1 and 1; give 2 y - 1");
-  }
+  EGOSIEVE_REQUIRE(FailedPrecondition,
+                   zeros == 0 || zeros + ones < static_cast<int64_t>(targets.size()),
+                   "every y is 0 or 1: probabilities need labels -1 and 1; give 2 y - 1");
   return absl::OkStatus();
 }
 
@@ -43,20 +40,11 @@ absl::Status Renew(gp::ExactModel& model) { return model.Refactorize(); }
 absl::Status Renew(gp::SparseModel& model) { return model.Refresh(); }
 absl::Status Renew(gp::IterativeModel& model) { return model.Solve().status(); }
 
+// What is not a sparse model has none.
 template <typename Model>
-std::optional<gp::SparseModelOptions> SparseOptionsOf(const Model&) {
+std::optional<gp::SparseModelOptions> SparseOptionsOf(const Model& model) {
+  if constexpr (std::is_same_v<Model, gp::SparseModel>) return model.options();
   return std::nullopt;
-}
-std::optional<gp::SparseModelOptions> SparseOptionsOf(const gp::SparseModel& model) {
-  return model.options();
-}
-
-template <typename Model>
-std::optional<gp::IterativeFile> IterativeFileOf(const Model&) {
-  return std::nullopt;
-}
-std::optional<gp::IterativeFile> IterativeFileOf(const gp::IterativeModel& model) {
-  return gp::IterativeFile{model.options(), Take(model.Solve())->weights.alpha};
 }
 
 // devices: empty for the model's own.
@@ -235,7 +223,9 @@ gp::ModelFile LearningModel::ToFile() {
     }
     file.model = model.State();
     file.sparse = SparseOptionsOf(model);
-    file.iterative = IterativeFileOf(model);
+    if constexpr (requires { model.report(); }) {
+      file.iterative = {model.options(), Take(model.Solve())->weights.alpha};
+    }
   };
   std::visit(take, model_);
   file.squash = squash_;
