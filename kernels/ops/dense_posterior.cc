@@ -51,8 +51,8 @@ class HostPosterior : public DensePosterior {
 }  // namespace
 
 absl::Status DensePosteriorOptions::Validate() const {
-  EGOSIEVE_REQUIRE(InvalidArgument, memory_cap_bytes >= 1 || memory_cap_bytes == kCapOfTheDevice,
-                   "memory_cap_bytes = %d; it must be positive", memory_cap_bytes);
+  EGOSIEVE_REQUIRE(InvalidArgument, memory_cap_bytes >= 0,
+                   "memory_cap_bytes = %d; it must not be negative", memory_cap_bytes);
   return absl::OkStatus();
 }
 

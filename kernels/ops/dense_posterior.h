@@ -31,11 +31,10 @@
 namespace egosieve::kernels {
 
 struct DensePosteriorOptions {
-  // 256 MiB, or for a device with its own memory an eighth of it, if that is more.
-  static constexpr int64_t kCapOfTheDevice = -1;
-  // Device memory for tiles and their queries, without the model.
-  int64_t memory_cap_bytes = kCapOfTheDevice;
-  // InvalidArgument unless positive or kCapOfTheDevice.
+  // Device memory for tiles and their queries, without the model. 0: 256 MiB, or for a device with
+  // its own memory an eighth of it, if that is more.
+  int64_t memory_cap_bytes = 0;
+  // InvalidArgument if negative.
   absl::Status Validate() const;
 };
 

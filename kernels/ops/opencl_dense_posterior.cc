@@ -39,9 +39,7 @@ int OutputMask(const DeviceOutputs& outputs) {
 bool NeedsVariance(int mask) { return (mask & (kWantVariance | kWantProbability)) != 0; }
 
 int64_t MemoryCapBytes(const DensePosteriorOptions& options, const Context& context) {
-  if (options.memory_cap_bytes != DensePosteriorOptions::kCapOfTheDevice) {
-    return options.memory_cap_bytes;
-  }
+  if (options.memory_cap_bytes > 0) return options.memory_cap_bytes;
   constexpr int64_t kLeastCapBytes = int64_t{256} << 20;
   return context.shares_host_memory() ? kLeastCapBytes
                                       : std::max(kLeastCapBytes, context.info().memory_bytes / 8);

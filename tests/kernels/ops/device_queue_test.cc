@@ -60,15 +60,14 @@ class DeviceQueueTest : public PosteriorTest {
     if (TestIsOnReference()) GTEST_SKIP() << "the reference has no queues";
   }
 
-  std::unique_ptr<DensePosterior> Make(const std::shared_ptr<Context>& context,
-                                       int64_t cap = DensePosteriorOptions::kCapOfTheDevice,
+  std::unique_ptr<DensePosterior> Make(const std::shared_ptr<Context>& context, int64_t cap = 0,
                                        FactorKind kind = FactorKind::kCholesky) const {
     return Value(DensePosterior::Create(context, problem_.model(kind), {.memory_cap_bytes = cap}));
   }
   // Of Evaluate, on the tests' own context with this shape.
   Results Expected(FactorKind kind = FactorKind::kCholesky) const {
     Results results(kQueries);
-    const auto posterior = Make(context(), DensePosteriorOptions::kCapOfTheDevice, kind);
+    const auto posterior = Make(context(), 0, kind);
     EXPECT_TRUE(posterior->Evaluate({queries_.data(), kQueries, 2}, results.outputs()).ok());
     return results;
   }
@@ -89,7 +88,7 @@ absl::Status EnqueueAndWait(const DensePosterior& posterior, const BufferMatrix&
 TEST_P(DeviceQueueTest, GivesTheBitsOfEvaluate) {
   for (const FactorKind kind : {FactorKind::kCholesky, FactorKind::kInverseCholesky}) {
     for (const bool in_order : {true, false}) {
-      for (const int64_t cap : {DensePosteriorOptions::kCapOfTheDevice, int64_t{1}}) {
+      for (const int64_t cap : {int64_t{0}, int64_t{1}}) {
         const Caller caller(in_order ? 0 : CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, GetParam());
         const auto posterior = Make(caller.adopted, cap, kind);
         const cl::Buffer queries = caller.Filled(queries_);
@@ -320,7 +319,7 @@ TEST_P(PosteriorArgumentsTest, BadModelsAreNamed) {
   problem.inputs[7] = INFINITY;
   EXPECT_THAT(message_of(problem.model(FactorKind::kNone)),
               testing::HasSubstr("inputs(3, 1) = inf"));
-  EXPECT_FALSE(DensePosterior::Create(context(), model, {.memory_cap_bytes = 0}).ok());
+  EXPECT_FALSE(DensePosterior::Create(context(), model, {.memory_cap_bytes = -1}).ok());
 }
 
 TEST_P(PosteriorArgumentsTest, VariancesOfAModelWithoutAFactorAreRefused) {

@@ -91,9 +91,7 @@ std::shared_ptr<LearningModel> ModelOf(const egosieve_gp_options& options) {
                           : ContextOn(options.opencl_context, options.opencl_device));
   Require(options.memory_cap_bytes >= 0, "options.memory_cap_bytes = %d; it must not be negative",
           options.memory_cap_bytes);
-  kernels::DensePosteriorOptions posterior;  // the device's own cap
-  if (options.memory_cap_bytes > 0) posterior.memory_cap_bytes = options.memory_cap_bytes;
-  return LearningModel::Create(std::move(context), std::move(file), posterior);
+  return LearningModel::Create(std::move(context), std::move(file), {options.memory_cap_bytes});
 }
 
 // The caller's points in float64, packed. y: N x k or, for one output, 1 x N. v: empty if null.
