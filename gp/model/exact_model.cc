@@ -81,14 +81,11 @@ absl::Status ExactModel::AddObservations(const Observations& added, int64_t time
   PointSet points = points_;
   points.Append(added, time);
   const int64_t before = size();
-  if (added.size() >= before && kernels::RegressesOnDevice(*context_)) {
-    EGOSIEVE_ASSIGN_OR_RETURN(Solution solution, Solve(hyperparameters_, points, jitter_, false));
-    Commit(std::move(solution), std::move(points));
-    return absl::OkStatus();
-  }
-  const absl::Status status = AppendToFactor(added);
-  if (IsNotPositiveDefinite(status)) {
-    EGOSIEVE_ASSIGN_OR_RETURN(Solution solution, Solve(hyperparameters_, points, jitter_, true));
+  const bool rebuilds = added.size() >= before && kernels::RegressesOnDevice(*context_);
+  const absl::Status status = rebuilds ? absl::OkStatus() : AppendToFactor(added);
+  if (rebuilds || IsNotPositiveDefinite(status)) {
+    EGOSIEVE_ASSIGN_OR_RETURN(Solution solution,
+                              Solve(hyperparameters_, points, jitter_, /*refused=*/!rebuilds));
     Commit(std::move(solution), std::move(points));
     return absl::OkStatus();
   }

@@ -107,9 +107,15 @@ Float64Posterior::Float64Posterior(std::shared_ptr<kernels::Context> context,
 absl::StatusOr<int64_t> Float64Posterior::Evaluate(ConstMatrixView<double> queries, double* means,
                                                    double* variances) const {
   if (variances != nullptr && !has_factor()) return NeedsFactor();
-  return factor_.values.rows > 0 && kernels::RegressesOnDevice(*context_)
-             ? EvaluateOnDevice(queries, means, variances)
-             : EvaluateOnHost(queries, means, variances);
+  EGOSIEVE_RETURN_IF_ERROR(factor_.values.rows > 0 && kernels::RegressesOnDevice(*context_)
+                               ? SumOnDevice(queries, means, variances)
+                               : SumOnHost(queries, means, variances, /*with_factor=*/true));
+  int64_t clamped = 0;
+  for (int64_t i = 0; variances != nullptr && i < queries.rows; ++i) {
+    clamped += variances[i] < 0.0;
+    variances[i] = std::max(0.0, variances[i]);
+  }
+  return clamped;
 }
 
 absl::StatusOr<std::shared_ptr<const kernels::Float64Sums>> Float64Posterior::OnDevice(
@@ -133,40 +139,26 @@ absl::StatusOr<std::shared_ptr<const kernels::Float64Sums>> Float64Posterior::On
   return kept;
 }
 
-absl::StatusOr<int64_t> Float64Posterior::EvaluateOnDevice(ConstMatrixView<double> queries,
-                                                           double* means, double* variances) const {
+absl::Status Float64Posterior::SumOnDevice(ConstMatrixView<double> queries, double* means,
+                                           double* variances) const {
   const int64_t k = weights_.outputs, q = weights_.basis;
   EGOSIEVE_ASSIGN_OR_RETURN(const auto on_device, OnDevice(variances != nullptr));
   std::vector<double> sums(queries.rows * (k + q));
   EGOSIEVE_RETURN_IF_ERROR(
       on_device->Evaluate(queries, {sums.data(), queries.rows, k + q}, variances));
-  int64_t clamped = 0;
   std::vector<double> reduced(q);
   for (int64_t i = 0; i < queries.rows; ++i) {
     const double* x = queries.row(i);
     double* sum = &sums[i * (k + q)];
     if (variances != nullptr) {
-      double left = PriorVariance(hyperparameters_.covariance, x) - variances[i];
-      if (q > 0) left += weights_.ReducedBasis(queries.cols, x, sum + k, reduced.data());
-      clamped += left < 0.0;
-      variances[i] = std::max(0.0, left);
+      variances[i] = PriorVariance(hyperparameters_.covariance, x) - variances[i];
+      if (q > 0) variances[i] += weights_.ReducedBasis(queries.cols, x, sum + k, reduced.data());
     }
     if (means == nullptr) continue;
     weights_.AddMeanFunction(queries.cols, x, sum);
     std::copy_n(sum, k, means + i * k);
   }
-  return clamped;
-}
-
-absl::StatusOr<int64_t> Float64Posterior::EvaluateOnHost(ConstMatrixView<double> queries,
-                                                         double* means, double* variances) const {
-  EGOSIEVE_RETURN_IF_ERROR(SumOnHost(queries, means, variances, /*with_factor=*/true));
-  int64_t clamped = 0;
-  for (int64_t i = 0; variances != nullptr && i < queries.rows; ++i) {
-    clamped += variances[i] < 0.0;
-    variances[i] = std::max(0.0, variances[i]);
-  }
-  return clamped;
+  return absl::OkStatus();
 }
 
 absl::Status Float64Posterior::SumOnHost(ConstMatrixView<double> queries, double* means,

@@ -94,12 +94,9 @@ class Float64Posterior {
   int64_t outputs() const { return weights_.outputs; }
 
  private:
-  // Evaluate() on the device and on the host.
-  absl::StatusOr<int64_t> EvaluateOnDevice(kernels::ConstMatrixView<double> queries, double* means,
-                                           double* variances) const;
-  absl::StatusOr<int64_t> EvaluateOnHost(kernels::ConstMatrixView<double> queries, double* means,
-                                         double* variances) const;
   // Means, and variances before they are clamped, or without a factor what is added to them.
+  absl::Status SumOnDevice(kernels::ConstMatrixView<double> queries, double* means,
+                           double* variances) const;
   absl::Status SumOnHost(kernels::ConstMatrixView<double> queries, double* means, double* variances,
                          bool with_factor) const;
   // What is in the device's memory, from the first prediction there.

@@ -13,15 +13,6 @@ using kernels::ConstMatrixView;
 
 constexpr int64_t kWideRows = 16384;  // queries in float64 at a time
 
-// Queries in float64: as they are, or copied into `room`.
-ConstMatrixView<double> Wide(ConstMatrixView<double> queries, std::vector<double>& /*room*/) {
-  return queries;
-}
-ConstMatrixView<double> Wide(ConstMatrixView<float> queries, std::vector<double>& room) {
-  room = Widen(queries);
-  return {room.data(), queries.rows, queries.cols};
-}
-
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
@@ -88,13 +79,14 @@ absl::StatusOr<kernels::PosteriorCounts> Posterior::EvaluateQueries(
   }
   const bool makes_means = wants_mean && weights.outputs > 1;
   const bool adds_variance = wants_variance && weights.basis > 0;
-  std::vector<double> room, sums, added;
+  std::vector<double> sums, added;
   for (int64_t begin = 0; (makes_means || adds_variance) && begin < queries.rows;
        begin += kWideRows) {
     const auto some = queries.rows_between(begin, std::min(begin + kWideRows, queries.rows));
+    const std::vector<double> wide = Widen(some);
     sums.resize(makes_means ? some.rows * weights.outputs : 0);
     added.resize(adds_variance ? some.rows : 0);
-    EGOSIEVE_RETURN_IF_ERROR(extension_->EvaluateWeights(Wide(some, room),
+    EGOSIEVE_RETURN_IF_ERROR(extension_->EvaluateWeights({wide.data(), some.rows, some.cols},
                                                          makes_means ? sums.data() : nullptr,
                                                          adds_variance ? added.data() : nullptr));
     std::copy(sums.begin(), sums.end(), means.begin() + begin * weights.outputs);

@@ -51,8 +51,7 @@ void RegressionWeights::AddMeanFunction(int64_t dimension, const Input* x, doubl
   }
 }
 
-template <typename Input>
-double RegressionWeights::ReducedBasis(int64_t dimension, const Input* x, const double* sums,
+double RegressionWeights::ReducedBasis(int64_t dimension, const double* x, const double* sums,
                                        double* r) const {
   if (basis == 0) return 0.0;
   EvaluateBasis(mean, dimension, x, r);
@@ -78,10 +77,6 @@ std::vector<double> RegressionWeights::ReducedRows() const {
 
 template void RegressionWeights::AddMeanFunction(int64_t, const float*, double*) const;
 template void RegressionWeights::AddMeanFunction(int64_t, const double*, double*) const;
-template double RegressionWeights::ReducedBasis(int64_t, const float*, const double*,
-                                                double*) const;
-template double RegressionWeights::ReducedBasis(int64_t, const double*, const double*,
-                                                double*) const;
 
 double RegressionWeights::HalfLogDeterminant() const {
   double sum = 0.0;

@@ -49,8 +49,7 @@ struct RegressionWeights {
   // r := M^-1 r (q values); returns its squared norm, 0 for q = 0.
   double SolveInformation(double* r) const;
   // Writes M^-1 r(x) to `r`, where `sums` holds W^T k*; returns its squared norm.
-  template <typename Input>
-  double ReducedBasis(int64_t dimension, const Input* x, const double* sums, double* r) const;
+  double ReducedBasis(int64_t dimension, const double* x, const double* sums, double* r) const;
 
   // Rows M^-1 w_i, n x q: their product with their transpose is W A^-1 W^T.
   std::vector<double> ReducedRows() const;

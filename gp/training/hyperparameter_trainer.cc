@@ -108,27 +108,6 @@ absl::StatusOr<double> HyperparameterTrainer::Objective(kernels::Context& contex
   return weight * value;
 }
 
-absl::Status HyperparameterTrainer::AnnealTheta(kernels::Context& context, const PointSet& subset,
-                                                TrainerState& state) const {
-  const auto objective = [&](const std::vector<double>& theta) {
-    return Objective(context, subset, theta, nullptr);
-  };
-  EGOSIEVE_ASSIGN_OR_RETURN(state.theta,
-                            Anneal(objective, state.theta, bounds_, options_.annealing_evaluations,
-                                   Mix(options_.seed, static_cast<uint64_t>(state.rounds), 1)));
-  return absl::OkStatus();
-}
-
-absl::Status HyperparameterTrainer::ClimbTheta(kernels::Context& context, const PointSet& subset,
-                                               int64_t steps, TrainerState& state) const {
-  std::vector<double> gradient;
-  for (int64_t step = 0; step < steps; ++step) {
-    EGOSIEVE_RETURN_IF_ERROR(Objective(context, subset, state.theta, &gradient).status());
-    RpropStep(gradient, bounds_, state.optimiser, state.theta);
-  }
-  return absl::OkStatus();
-}
-
 absl::Status HyperparameterTrainer::Train(kernels::Context& context, const Observations& points) {
   EGOSIEVE_RETURN_IF_ERROR(points.Validate(hyperparameters_.covariance.input_dimension()));
   const double* targets = points.targets.data;
@@ -146,7 +125,12 @@ absl::Status HyperparameterTrainer::Train(kernels::Context& context, const Obser
     const PointSet subset =
         Draw(points, options_.annealing_subset_size, Mix(options_.seed, round, 2));
     if (anneals) {
-      EGOSIEVE_RETURN_IF_ERROR(AnnealTheta(context, subset, next));
+      const auto objective = [&](const std::vector<double>& theta) {
+        return Objective(context, subset, theta, nullptr);
+      };
+      EGOSIEVE_ASSIGN_OR_RETURN(
+          next.theta, Anneal(objective, next.theta, bounds_, options_.annealing_evaluations,
+                             Mix(options_.seed, round, 1)));
     } else {
       EGOSIEVE_ASSIGN_OR_RETURN(check, Objective(context, subset, next.theta, nullptr));
     }
@@ -160,8 +144,12 @@ absl::Status HyperparameterTrainer::Train(kernels::Context& context, const Obser
     ++next.rounds_since_step;
   } else {
     const PointSet subset = Draw(points, options_.subset_size, Mix(options_.seed, round, 0));
-    EGOSIEVE_RETURN_IF_ERROR(ClimbTheta(
-        context, subset, anneals ? options_.initial_gradient_steps : kStepsPerRound, next));
+    const int64_t steps = anneals ? options_.initial_gradient_steps : kStepsPerRound;
+    std::vector<double> gradient;
+    for (int64_t step = 0; step < steps; ++step) {
+      EGOSIEVE_RETURN_IF_ERROR(Objective(context, subset, next.theta, &gradient).status());
+      RpropStep(gradient, bounds_, next.optimiser, next.theta);
+    }
     next.rounds_since_step = 0;
     const double movement = LargestChange(next.theta, state_.theta);
     next.smoothed_movement += kSmoothing * (movement - next.smoothed_movement);

@@ -86,10 +86,6 @@ class HyperparameterTrainer {
   absl::StatusOr<double> Objective(kernels::Context& context, const PointSet& subset,
                                    const std::vector<double>& theta,
                                    std::vector<double>* gradient) const;
-  absl::Status AnnealTheta(kernels::Context& context, const PointSet& subset,
-                           TrainerState& state) const;
-  absl::Status ClimbTheta(kernels::Context& context, const PointSet& subset, int64_t steps,
-                          TrainerState& state) const;
   PointSet Draw(const Observations& points, int64_t size, uint64_t seed) const;
 
   Hyperparameters hyperparameters_;

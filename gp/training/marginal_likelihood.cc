@@ -34,31 +34,38 @@ void WeightsInPlaceOfFactor(const RegressionWeights& weights, MatrixView<double>
   }
 }
 
-absl::Status RefusedPivot(int64_t row, double noise_variance) {
-  return NotPositiveDefinite(absl::StrFormat(
-      "row %d: covariances plus noise variance %g are not positive definite to working precision",
-      row, noise_variance));
-}
-
-// (1)-(3) with the zero mean.
-absl::StatusOr<MarginalLikelihood> ComputeOnDevice(kernels::Context& context,
-                                                   const Hyperparameters& hyperparameters,
-                                                   const Observations& data, bool with_gradient) {
-  const double noise_variance = hyperparameters.noise_variance();
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const kernels::ExactRegression regression,
-      kernels::RegressOnDevice(context, hyperparameters.covariance, data.inputs, data.targets,
-                               noise_variance, data.noise_variances, with_gradient));
-  if (regression.bad_row >= 0) return RefusedPivot(regression.bad_row, noise_variance);
-  MarginalLikelihood result;
-  result.value =
-      -0.5 * regression.fit - static_cast<double>(data.outputs()) *
-                                  (regression.half_log_determinant +
-                                   0.5 * static_cast<double>(data.size()) * std::log(2.0 * M_PI));
+// What kernels/ops/exact_regression.h computes, on the host; with a mean function M's determinant is
+// part of L's.
+absl::StatusOr<kernels::ExactRegression> RegressOnHost(kernels::Context& context,
+                                                       const Hyperparameters& hyperparameters,
+                                                       const Observations& data,
+                                                       bool with_gradient) {
+  const int64_t n = data.size(), outputs = data.outputs();
+  AlignedMatrix storage(n, n);
+  const MatrixView<double> k = storage.view();
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix(context, hyperparameters.covariance,
+                                                     data.inputs, hyperparameters.noise_variance(),
+                                                     kernels::Triangle::kLower, k));
+  for (int64_t i = 0; i < n; ++i) k(i, i) += data.noise_variance(i);
+  kernels::ExactRegression result;
+  result.bad_row = FactorizeInParallel(k, PivotFloors(k, n, 1.0));
+  if (result.bad_row >= 0) return result;
+  const RegressionWeights weights =
+      SolveWeights(k, hyperparameters.mean, data.inputs, data.targets);
+  EGOSIEVE_RETURN_IF_ERROR(weights.CheckDetermined());
+  result.half_log_determinant = weights.HalfLogDeterminant();
+  for (int64_t i = 0; i < n; ++i) {
+    result.half_log_determinant += std::log(k(i, i));
+    for (int64_t c = 0; c < outputs; ++c) {
+      result.fit += data.targets(i, c) * weights.alpha[i * outputs + c];
+    }
+  }
   if (!with_gradient) return result;
-  result.gradient = regression.gradient;
-  for (double& component : result.gradient) component *= 0.5;
-  result.gradient.push_back(noise_variance * regression.trace);
+  WeightsInPlaceOfFactor(weights, k);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      result.gradient,
+      kernels::CovarianceGradient(context, hyperparameters.covariance, data.inputs, k));
+  for (int64_t i = 0; i < n; ++i) result.trace += k(i, i);
   return result;
 }
 
@@ -68,52 +75,38 @@ absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& c
                                                              const Hyperparameters& hyperparameters,
                                                              const Observations& data,
                                                              LikelihoodOrder order) {
+  const int64_t dimension = hyperparameters.covariance.input_dimension();
   EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(data.Validate(hyperparameters.covariance.input_dimension()));
-  const int64_t n = data.size();
+  EGOSIEVE_RETURN_IF_ERROR(data.Validate(dimension));
   const double noise_variance = hyperparameters.noise_variance();
   MarginalLikelihood result;
   const bool with_gradient = order == LikelihoodOrder::kValueAndGradient;
-  if (n == 0) {
+  if (data.size() == 0) {
     if (with_gradient) result.gradient.assign(hyperparameters.count(), 0.0);
     return result;
   }
-
-  if (hyperparameters.mean == MeanFunction::kZero && kernels::RegressesOnDevice(context)) {
-    return ComputeOnDevice(context, hyperparameters, data, with_gradient);
-  }
-  AlignedMatrix storage(n, n);
-  const MatrixView<double> k = storage.view();
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix(context, hyperparameters.covariance,
-                                                     data.inputs, noise_variance,
-                                                     kernels::Triangle::kLower, k));
-  for (int64_t i = 0; i < n; ++i) k(i, i) += data.noise_variance(i);
-  if (const int64_t bad = FactorizeInParallel(k, PivotFloors(k, n, 1.0)); bad >= 0) {
-    return RefusedPivot(bad, noise_variance);
-  }
-  const RegressionWeights weights =
-      SolveWeights(k, hyperparameters.mean, data.inputs, data.targets);
-  EGOSIEVE_RETURN_IF_ERROR(weights.CheckDetermined());
-  double half_determinant = weights.HalfLogDeterminant(), fit = 0.0;
-  for (int64_t i = 0; i < n; ++i) {
-    half_determinant += std::log(k(i, i));
-    for (int64_t c = 0; c < data.outputs(); ++c) {
-      fit += data.targets(i, c) * weights.alpha[i * data.outputs() + c];
-    }
-  }
-  const double count = static_cast<double>(n - weights.basis);
-  result.value = -0.5 * fit - static_cast<double>(data.outputs()) *
-                                  (half_determinant + 0.5 * count * std::log(2.0 * M_PI));  // (1)
-  if (!with_gradient) return result;
-
-  WeightsInPlaceOfFactor(weights, k);
+  const bool on_device =
+      hyperparameters.mean == MeanFunction::kZero && kernels::RegressesOnDevice(context);
   EGOSIEVE_ASSIGN_OR_RETURN(
-      result.gradient,
-      kernels::CovarianceGradient(context, hyperparameters.covariance, data.inputs, k));
-  for (double& component : result.gradient) component *= 0.5;  // (2)
-  double trace = 0.0;
-  for (int64_t i = 0; i < n; ++i) trace += k(i, i);
-  result.gradient.push_back(noise_variance * trace);  // (3)
+      const kernels::ExactRegression regression,
+      on_device
+          ? kernels::RegressOnDevice(context, hyperparameters.covariance, data.inputs, data.targets,
+                                     noise_variance, data.noise_variances, with_gradient)
+          : RegressOnHost(context, hyperparameters, data, with_gradient));
+  if (regression.bad_row >= 0) {
+    return NotPositiveDefinite(absl::StrFormat(
+        "row %d: covariances plus noise variance %g are not positive definite to working precision",
+        regression.bad_row, noise_variance));
+  }
+  const double count =
+      static_cast<double>(data.size() - CoefficientCount(hyperparameters.mean, dimension));
+  result.value = -0.5 * regression.fit -
+                 static_cast<double>(data.outputs()) *
+                     (regression.half_log_determinant + 0.5 * count * std::log(2.0 * M_PI));  // (1)
+  if (!with_gradient) return result;
+  result.gradient = regression.gradient;
+  for (double& component : result.gradient) component *= 0.5;    // (2)
+  result.gradient.push_back(noise_variance * regression.trace);  // (3)
   return result;
 }
 

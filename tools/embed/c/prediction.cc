@@ -257,18 +257,16 @@ void PredictImage(const DevicePosterior& at, const egosieve_image* image, int32_
 }
 
 // One of the above, from a posterior or that of a model's current state.
-template <typename... Parameters>
+template <typename Handle, typename... Parameters>
 egosieve_status PredictBy(void (*predict)(const DevicePosterior&, Parameters...),
-                          const char* function, egosieve_posterior* posterior,
-                          Parameters... arguments) {
-  return With(function, posterior,
-              [&](const DevicePosterior& found) { predict(found, arguments...); });
-}
-template <typename... Parameters>
-egosieve_status PredictBy(void (*predict)(const DevicePosterior&, Parameters...),
-                          const char* function, egosieve_gp* gp, Parameters... arguments) {
-  return With(function, gp,
-              [&](LearningModel& model) { predict(model.Posterior(), arguments...); });
+                          const char* function, Handle* handle, Parameters... arguments) {
+  return With(function, handle, [&](auto& found) {
+    if constexpr (std::is_same_v<Handle, egosieve_gp>) {
+      predict(found.Posterior(), arguments...);
+    } else {
+      predict(found, arguments...);
+    }
+  });
 }
 
 }  // namespace
