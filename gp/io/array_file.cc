@@ -123,18 +123,12 @@ absl::StatusOr<NamedArray> FromNpy(const std::string& name, std::string_view byt
   EGOSIEVE_REQUIRE(Unimplemented, Take("', 'fortran_order': False, 'shape': (", header),
                    "array %s: only row-major arrays of 3-letter types are read", name);
   EGOSIEVE_REQUIRE(DataLoss, TakeShape(header, array.shape), "array %s: unreadable shape", name);
-  absl::Status status;
-  if (type == TypeCode<double>()) {
-    status = TakeElements<double>(name, data, array);
-  } else if (type == TypeCode<int64_t>()) {
-    status = TakeElements<int64_t>(name, data, array);
-  } else if (type == TypeCode<uint8_t>()) {
-    status = TakeElements<uint8_t>(name, data, array);
-  } else {
-    status = absl::UnimplementedError(absl::StrFormat(
-        "array %s: type '%s'; only <f8, <i8 and |u1 are read", name, std::string(type)));
-  }
-  if (!status.ok()) return status;
+  const bool is_double = type == TypeCode<double>(), is_integer = type == TypeCode<int64_t>();
+  EGOSIEVE_REQUIRE(Unimplemented, is_double || is_integer || type == TypeCode<uint8_t>(),
+                   "array %s: type '%s'; only <f8, <i8 and |u1 are read", name, std::string(type));
+  EGOSIEVE_RETURN_IF_ERROR(is_double    ? TakeElements<double>(name, data, array)
+                           : is_integer ? TakeElements<int64_t>(name, data, array)
+                                        : TakeElements<uint8_t>(name, data, array));
   return array;
 }
 

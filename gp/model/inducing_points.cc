@@ -6,6 +6,7 @@
 
 #include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
+#include "gp/model/point_set.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
@@ -22,13 +23,6 @@ constexpr int64_t kRowsPerTask = 512;
 // Up to this number of points their whole matrix is computed at once, 32 MiB at most: one operation
 // on the device instead of one per column, each of which would wait for other work there.
 constexpr int64_t kWholeMatrixPoints = 2048;
-
-std::vector<double> Gather(ConstMatrixView<double> x, const std::vector<int64_t>& rows) {
-  std::vector<double> inputs;
-  inputs.reserve(rows.size() * x.cols);
-  for (const int64_t row : rows) inputs.insert(inputs.end(), x.row(row), x.row(row) + x.cols);
-  return inputs;
-}
 
 // (1).
 absl::StatusOr<std::vector<int64_t>> PivotedRows(kernels::Context& context,
@@ -87,14 +81,13 @@ absl::StatusOr<std::vector<double>> ChooseInducingInputs(
     kernels::Context& context, const kernels::CovarianceParameters& covariance,
     ConstMatrixView<double> x, int64_t count) {
   EGOSIEVE_REQUIRE(InvalidArgument, count >= 1, "the number of inducing points must be positive");
-  if (x.rows <= count) {
-    std::vector<int64_t> rows(x.rows);
-    std::iota(rows.begin(), rows.end(), int64_t{0});
-    return Gather(x, rows);
-  }
+  if (x.rows <= count) return Widen(x);
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> rows,
                             PivotedRows(context, covariance, x, count));
-  return Gather(x, rows);
+  std::vector<double> inputs;
+  inputs.reserve(rows.size() * x.cols);
+  for (const int64_t row : rows) inputs.insert(inputs.end(), x.row(row), x.row(row) + x.cols);
+  return inputs;
 }
 
 }  // namespace egosieve::gp

@@ -1,10 +1,9 @@
 // Prepares points in the order of the caller's matrix (kernels/base/prepared_points.h) in float64:
 // value c of p(x_i) goes to out[c component_step + i point_step], zeros for i from `count` on.
-// Macros in addition to common.cl's: DIMENSION, POINT and SCALES, and INPUT and OUTPUT, the types
-// of the matrices.
-__kernel void prepare_points(__global const INPUT* restrict points, const long first, const long stride, const long count,
+// Macros in addition to common.cl's: DIMENSION, POINT and SCALES.
+__kernel void prepare_points(__global const REAL* restrict points, const long first, const long stride, const long count,
                              const long padded_count, __global const double* restrict scales_and_centre,
-                             __global OUTPUT* restrict out, const long component_step, const long point_step) {
+                             __global REAL* restrict out, const long component_step, const long point_step) {
   const long i = get_global_id(0);
   if (i >= padded_count) return;
   double point[POINT];

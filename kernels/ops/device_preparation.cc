@@ -22,11 +22,6 @@ std::string CodeOf(const CovarianceParameters& parameters) {
       parameters.function.description().PreparationCode(request));
 }
 
-template <typename T>
-const char* NameOf() {
-  return std::is_same_v<T, float> ? "float" : "double";
-}
-
 }  // namespace
 
 DevicePreparation::DevicePreparation(const Context& context, const CovarianceParameters& parameters,
@@ -37,16 +32,15 @@ DevicePreparation::DevicePreparation(const Context& context, const CovariancePar
   buffer_ = InputBuffer(context, scales_and_centre_);
 }
 
-template <typename Input, typename Output>
+template <typename T>
 absl::StatusOr<cl::Kernel> DevicePreparation::Kernel(const Context& context,
                                                      Workspace& workspace) const {
   EGOSIEVE_REQUIRE(FailedPrecondition, context.info().float64,
                    "%s has no float64, in which points are prepared: hand them over in the host's "
                    "memory",
                    context.info().name);
-  return workspace.Kernel("prepare_points.cl",
-                          absl::StrCat("-cl-std=CL1.2 -DVEC=1 -DINPUT=", NameOf<Input>(),
-                                       " -DOUTPUT=", NameOf<Output>()),
+  const char* real = std::is_same_v<T, double> ? " -DREAL_IS_DOUBLE" : "";
+  return workspace.Kernel("prepare_points.cl", absl::StrCat("-cl-std=CL1.2 -DVEC=1", real),
                           "prepare_points", code_);
 }
 
@@ -63,9 +57,9 @@ cl::Event DevicePreparation::Enqueue(cl::Kernel& kernel, const cl::CommandQueue&
   return done;
 }
 
-template absl::StatusOr<cl::Kernel> DevicePreparation::Kernel<float, float>(const Context&,
-                                                                            Workspace&) const;
-template absl::StatusOr<cl::Kernel> DevicePreparation::Kernel<double, double>(const Context&,
-                                                                              Workspace&) const;
+template absl::StatusOr<cl::Kernel> DevicePreparation::Kernel<float>(const Context&,
+                                                                     Workspace&) const;
+template absl::StatusOr<cl::Kernel> DevicePreparation::Kernel<double>(const Context&,
+                                                                      Workspace&) const;
 
 }  // namespace egosieve::kernels::opencl

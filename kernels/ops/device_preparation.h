@@ -39,9 +39,9 @@ class DevicePreparation {
   DevicePreparation(const Context& context, const CovarianceParameters& parameters,
                     const PointPreparation& preparation);
 
-  // The kernel from points of type Input to points of type Output, float or double.
+  // The kernel from points of type T, float or double, to prepared ones of the same type.
   // FailedPrecondition on devices without float64.
-  template <typename Input, typename Output>
+  template <typename T>
   absl::StatusOr<cl::Kernel> Kernel(const Context& context, Workspace& workspace) const;
   // Throws cl::Error.
   cl::Event Enqueue(cl::Kernel& kernel, const cl::CommandQueue& queue, const PointsAt& points,

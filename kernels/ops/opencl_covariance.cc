@@ -163,8 +163,7 @@ absl::StatusOr<cl_event> EnqueueCrossCovariance(std::shared_ptr<Context> context
     preparation = std::make_shared<const DevicePreparation>(*context, parameters,
                                                             PointPreparation(parameters));
   }));
-  EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel prepare,
-                            (preparation->Kernel<double, double>(*context, *workspace)));
+  EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel prepare, preparation->Kernel<double>(*context, *workspace));
   EGOSIEVE_ASSIGN_OR_RETURN(
       CovarianceKernels kernels,
       CovarianceKernels::Create(*context, *workspace, parameters, CovarianceKernels::kBlock));

@@ -287,7 +287,7 @@ absl::StatusOr<cl_event> OpenClPosterior::Enqueue(const BufferMatrix& queries,
   const FactorKind kind = KindFor(mask);
   EGOSIEVE_ASSIGN_OR_RETURN(const cl::Kernel kernel, Kernel(*in_use->workspace, kind));
   EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel prepare,
-                            (preparation_->Kernel<float, float>(*context_, *in_use->workspace)));
+                            preparation_->Kernel<float>(*context_, *in_use->workspace));
   Workspace& used = *in_use->workspace;
   return EnqueueCall(
       kDoing, call, std::move(in_use),

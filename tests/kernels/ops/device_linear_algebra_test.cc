@@ -181,7 +181,7 @@ class DevicePreparationTest : public testing::TestWithParam<std::string> {
     auto workspace = Value(context.Borrow("testing"));
     const cl::CommandQueue& queue = workspace->queue();
     const DevicePreparation device(context, parameters, preparation);
-    auto kernel = Value(device.Kernel<float, float>(context, *workspace));
+    auto kernel = Value(device.Kernel<float>(context, *workspace));
     const int64_t width = preparation.width();
     const cl::Buffer input(context.cl_context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
                            points.size() * sizeof(float), points.data());

@@ -67,7 +67,6 @@ LearningModel::LearningModel(Model model, const kernels::DensePosteriorOptions& 
 std::shared_ptr<LearningModel> LearningModel::Create(
     std::shared_ptr<kernels::Context> context, gp::ModelFile file,
     const kernels::DensePosteriorOptions& options) {
-  Check(options.Validate());
   const auto make = [&]() -> Model {
     if (file.iterative) {
       return Take(gp::IterativeModel::Restore(std::move(context), file.model,
