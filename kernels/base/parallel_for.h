@@ -1,5 +1,5 @@
 // Runs independent tasks on several host threads. Other threads are started only by pipelines of
-// stages.
+// stages and by posteriors on several devices (kernels/ops/shared_posterior.cc).
 //
 // Every task does the same arithmetic on any thread and writes only its own results, so that
 // results do not depend on the number of threads. Threads are started when a call finds no idle

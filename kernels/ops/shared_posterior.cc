@@ -1,12 +1,13 @@
 #include <algorithm>
 #include <atomic>
+#include <exception>
 #include <mutex>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/exception_status.h"
-#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/opencl_dense_posterior.h"
 
@@ -91,8 +92,19 @@ absl::StatusOr<PosteriorCounts> SharedPosterior::EvaluateQueries(
   if (queries.rows <= piece) return devices_[0]->Evaluate(queries, outputs);
   const int64_t count = std::min<int64_t>(devices_.size(), (queries.rows + piece - 1) / piece);
   Work<Query> work(queries, outputs, piece, count);
-  ParallelFor(count, {.threads = static_cast<int>(count)},
-              [&](int64_t device) { work.Run(*devices_[device], device); });
+  std::vector<std::thread> threads;
+  threads.reserve(count - 1);
+  int64_t started = 1;
+  try {
+    for (; started < count; ++started) {
+      threads.emplace_back([&, device = started] { work.Run(*devices_[device], device); });
+    }
+  } catch (const std::exception&) {
+    // The system refuses a thread or its memory: this thread evaluates those devices' first pieces.
+  }
+  work.Run(*devices_[0], 0);
+  for (int64_t device = started; device < count; ++device) work.Run(*devices_[0], device);
+  for (std::thread& thread : threads) thread.join();
   return work.Finish();
 }
 
