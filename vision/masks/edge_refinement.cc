@@ -1,8 +1,9 @@
 #include "vision/masks/edge_refinement.h"
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/ximgproc/edge_filter.hpp>
 
 namespace egosieve::vision {
 namespace {
@@ -10,7 +11,42 @@ namespace {
 constexpr int kLongestWorkingSide = 640;
 constexpr float kDoubt = 0.002f;
 constexpr double kEdgeReach = 0.05;  // of the picture's longer side
-constexpr double kEdgeLevels = 5.0;  // of 255
+constexpr float kEdgeLevels = 5.0f;  // of 255
+constexpr int kSweeps = 3;           // along columns and rows; a quarter of the weight each time
+
+// exp(-|I_x - I_y| / kEdgeLevels) of each pixel x and the pixel y below it; 0 in the last row.
+cv::Mat1f LikenessBelow(const cv::Mat3b& image) {
+  cv::Mat1f likeness = cv::Mat1f::zeros(image.size());
+  for (int y = 0; y + 1 < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const cv::Vec3i difference = cv::Vec3i(image(y, x)) - cv::Vec3i(image(y + 1, x));
+      const auto squared = static_cast<float>(difference.dot(difference));
+      likeness(y, x) = std::exp(-std::sqrt(squared) / kEdgeLevels);
+    }
+  }
+  return likeness;
+}
+
+// Solves fgs along each column for itself, in place: a tridiagonal system by Thomas's algorithm.
+void SmoothColumns(const cv::Mat1f& likeness, float weight, cv::Mat1f& values) {
+  using Row = Eigen::Map<Eigen::ArrayXf>;
+  cv::Mat1f ratios(values.size());
+  Eigen::ArrayXf above = Eigen::ArrayXf::Zero(values.cols), ratio = above, value = above;
+  for (int y = 0; y < values.rows; ++y) {
+    const Eigen::ArrayXf below =
+        weight * Eigen::Map<const Eigen::ArrayXf>(likeness[y], values.cols);
+    const Eigen::ArrayXf pivot = 1.0f + below + above * (1.0f - ratio);
+    ratio = below / pivot;
+    value = (Row(values[y], values.cols) + above * value) / pivot;
+    Row(ratios[y], values.cols) = ratio;
+    Row(values[y], values.cols) = value;
+    above = below;
+  }
+  for (int y = values.rows - 2; y >= 0; --y) {
+    value = Row(values[y], values.cols) + Row(ratios[y], values.cols) * value;
+    Row(values[y], values.cols) = value;
+  }
+}
 
 }  // namespace
 
@@ -43,12 +79,18 @@ cv::Mat1f Probability(const cv::Mat1f& log_odds) {
 cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds) {
   cv::Mat1f full;
   cv::resize(log_odds, full, image.size(), 0, 0, cv::INTER_LINEAR);
-  const cv::Mat1f rough = Probability(full);
-  const double reach_pixels = kEdgeReach * std::max(image.cols, image.rows);
-  cv::Mat1f smooth;
-  cv::ximgproc::fastGlobalSmootherFilter(image, rough, smooth, reach_pixels * reach_pixels,
-                                         kEdgeLevels);
-  return cv::max(cv::min(smooth, 1.0f - kDoubt), kDoubt);
+  cv::Mat1f probability = Probability(full);
+  const double reach = kEdgeReach * std::max(image.cols, image.rows);
+  auto weight = static_cast<float>(reach * reach);
+  const cv::Mat1f below = LikenessBelow(image), right = LikenessBelow(image.t());
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    probability = probability.t();
+    SmoothColumns(right, weight, probability);
+    probability = probability.t();
+    SmoothColumns(below, weight, probability);
+    weight /= 4.0f;
+  }
+  return cv::max(cv::min(probability, 1.0f - kDoubt), kDoubt);
 }
 
 }  // namespace egosieve::vision

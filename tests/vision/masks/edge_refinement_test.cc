@@ -1,0 +1,62 @@
+#include "vision/masks/edge_refinement.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kRows = 7, kColumns = 9;
+
+double Likeness(const cv::Vec3b& a, const cv::Vec3b& b) {
+  return std::exp(-cv::norm(cv::Vec3d(a) - cv::Vec3d(b)) / 5.0);
+}
+
+// Solves (ER2) along a line of the picture by a dense matrix.
+Eigen::VectorXd SolveLine(const cv::Mat3b& line, const Eigen::VectorXd& values, double weight) {
+  const int n = static_cast<int>(values.size());
+  Eigen::MatrixXd system = Eigen::MatrixXd::Identity(n, n);
+  for (int i = 0; i + 1 < n; ++i) {
+    Eigen::VectorXd difference = Eigen::VectorXd::Zero(n);
+    difference(i) = 1.0;
+    difference(i + 1) = -1.0;
+    system += weight * Likeness(line(i), line(i + 1)) * difference * difference.transpose();
+  }
+  return system.ldlt().solve(values);
+}
+
+TEST(EdgeRefinement, SolvesRowsAndColumnsInTurn) {
+  cv::RNG rng(3);
+  cv::Mat3b image(kRows, kColumns);
+  cv::Mat1f log_odds(kRows, kColumns);
+  Eigen::MatrixXd expected(kRows, kColumns);
+  for (int y = 0; y < kRows; ++y) {
+    for (int x = 0; x < kColumns; ++x) {
+      const int base = x < 4 ? 60 : 90;
+      image(y, x) = {static_cast<uchar>(base + rng.uniform(0, 4)), static_cast<uchar>(base),
+                     static_cast<uchar>(base + rng.uniform(0, 9))};
+      log_odds(y, x) = rng.uniform(-4.0f, 4.0f);
+      expected(y, x) = 1.0 / (1.0 + std::exp(-log_odds(y, x)));
+    }
+  }
+  double weight = std::pow(0.05 * kColumns, 2);
+  for (int sweep = 0; sweep < 3; ++sweep) {
+    for (int y = 0; y < kRows; ++y) {
+      expected.row(y) = SolveLine(image.row(y).t(), expected.row(y).transpose(), weight);
+    }
+    for (int x = 0; x < kColumns; ++x) {
+      expected.col(x) = SolveLine(image.col(x).clone(), expected.col(x), weight);
+    }
+    weight /= 4.0;
+  }
+  const cv::Mat1f refined = RefineProbability(image, log_odds);
+  for (int y = 0; y < kRows; ++y) {
+    for (int x = 0; x < kColumns; ++x) EXPECT_NEAR(refined(y, x), expected(y, x), 1e-5);
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::vision
