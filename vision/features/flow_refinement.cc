@@ -51,7 +51,14 @@ struct Lines {
 class Refinement {
  public:
   Refinement(const FlowPicture& from, const FlowPicture& to, const cv::Mat2f& flow)
-      : size_(flow.size()), lines_(size_), u_(size_), v_(size_), across_(size_), down_(size_) {
+      : size_(flow.size()),
+        lines_(size_),
+        u_(size_),
+        v_(size_),
+        across_(size_),
+        down_(size_),
+        new_u_(size_.width),
+        new_v_(size_.width) {
     for (int y = 0; y < size_.height; ++y) {
       const cv::Vec2f* f = flow.ptr<cv::Vec2f>(y);
       float *u = u_.Row(y), *v = v_.Row(y);
@@ -172,7 +179,8 @@ class Refinement {
   }
 
   // The row's pixels of one colour of the chequerboard, each from its neighbours, which are of the
-  // other. All are computed, for vectors, and the others keep their values.
+  // other. All are computed, for vectors, and the others keep their values. GCC makes no vectors of
+  // a loop that writes what its next turn reads, so the values are written beside first.
   void Solve(int y, int colour) {
     const float *xx = system_[0].ptr<float>(y), *xy = system_[1].ptr<float>(y),
                 *yy = system_[2].ptr<float>(y), *right_x = system_[3].ptr<float>(y),
@@ -181,7 +189,7 @@ class Refinement {
     const float *u_above = u_.Row(y - 1), *u_below = u_.Row(y + 1);
     const float *v_above = v_.Row(y - 1), *v_below = v_.Row(y + 1);
     const float* relaxation = relaxation_.data() + colour;
-    float *u = u_.Row(y), *v = v_.Row(y);
+    float *u = u_.Row(y), *v = v_.Row(y), *new_u = new_u_.data(), *new_v = new_v_.data();
 #pragma GCC ivdep
     for (int x = 0; x < size_.width; ++x) {
       const float before = across[x - 1], after = across[x], above = up[x], below = down[x];
@@ -193,17 +201,20 @@ class Refinement {
       const float a = xx[x] + links, b = xy[x], c = yy[x] + links;
       const float scale = relaxation[x] / (a * c - b * b);
       const float keep = 1.0f - relaxation[x];
-      u[x] = keep * u[x] + scale * (c * p - b * q);
-      v[x] = keep * v[x] + scale * (a * q - b * p);
+      new_u[x] = keep * u[x] + scale * (c * p - b * q);
+      new_v[x] = keep * v[x] + scale * (a * q - b * p);
     }
+    std::ranges::copy(new_u_, u);
+    std::ranges::copy(new_v_, v);
   }
 
   const cv::Size size_;
   Lines lines_;
   Padded u_, v_;
-  Padded across_, down_;           // weights of the links to the right and down
-  cv::Mat1f system_[5];            // xx, xy, yy, and the right side
-  std::vector<float> relaxation_;  // kRelaxation and 0 in turn
+  Padded across_, down_;              // weights of the links to the right and down
+  cv::Mat1f system_[5];               // xx, xy, yy, and the right side
+  std::vector<float> new_u_, new_v_;  // of a row
+  std::vector<float> relaxation_;     // kRelaxation and 0 in turn
 };
 
 }  // namespace

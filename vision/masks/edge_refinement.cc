@@ -16,14 +16,16 @@ constexpr int kSweeps = 3;           // along columns and rows; a quarter of the
 
 // exp(-|I_x - I_y| / kEdgeLevels) of each pixel x and the pixel y below it; 0 in the last row.
 cv::Mat1f LikenessBelow(const cv::Mat3b& image) {
-  cv::Mat1f likeness = cv::Mat1f::zeros(image.size());
+  cv::Mat1f likeness(image.size(), 0.0f);
   for (int y = 0; y + 1 < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
       const cv::Vec3i difference = cv::Vec3i(image(y, x)) - cv::Vec3i(image(y + 1, x));
       const auto squared = static_cast<float>(difference.dot(difference));
-      likeness(y, x) = std::exp(-std::sqrt(squared) / kEdgeLevels);
+      likeness(y, x) = -std::sqrt(squared) / kEdgeLevels;
     }
   }
+  cv::exp(likeness, likeness);
+  likeness.row(image.rows - 1) = 0.0f;
   return likeness;
 }
 
