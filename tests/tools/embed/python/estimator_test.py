@@ -132,6 +132,12 @@ class Broadcast(unittest.TestCase):
         flat = egosieve.GaussianProcess("matern52", optimize=False).fit(X, np.broadcast_to(one, 20))
         np.testing.assert_array_equal(flat.y_train_, np.full(20, 0.3))
 
+    def test_the_zero_mean_has_no_coefficients(self):
+        X, y = data(20)
+        for targets, shape in ((y, (0,)), (np.stack([y, -y], axis=1), (0, 2))):
+            gp = egosieve.GaussianProcess("matern52", optimize=False).fit(X, targets)
+            self.assertEqual(gp.coef_.shape, shape)
+
     def test_results_are_not_written_to_one_place(self):
         X, y = data(20)
         gp = egosieve.GaussianProcess("matern52", optimize=False).fit(X, y)

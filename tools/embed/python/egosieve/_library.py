@@ -231,7 +231,7 @@ def written(name, array):
         raise TypeError(f"{name} is no numpy array")
     if not array.flags.writeable:
         raise ValueError(f"{name} is read-only")
-    if any(step == 0 and count > 1 for step, count in zip(array.strides, array.shape)):
+    if array.size > 0 and any(step == 0 and count > 1 for step, count in zip(array.strides, array.shape)):
         raise ValueError(f"{name}: its elements lie on each other")
     return _view(name, array)
 
