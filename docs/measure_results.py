@@ -61,6 +61,17 @@ def doubt(name):
     return dict(zip(("bad", "frames", "auc", "flagged_of_bad", "flagged_of_others"), map(float, found.groups()))) if found else {}
 
 
+def strangers(name):
+    """Of the maps and the masks: near moving vehicles marked, area outside all boxes, percent; what the flags are worth."""
+    text = (OUT / f"{name}.log").read_text()
+    (near_map, outside_map), (near_mask, outside_mask) = (
+        (float(line.split()[1]), float(line.split()[-1])) for line in text.splitlines() if line.startswith("all ")
+    )
+    found = re.findall(r"doubt: (\d+) bad frames, (\d+) good ones, AUC ([\d.]+); flagged ([\d.]+) of the bad, ([\d.]+) of the good", text)
+    flags = dict(zip(("bad", "good", "auc", "flagged_of_bad", "flagged_of_good"), map(float, found[-1])))
+    return {"near_map": near_map, "outside_map": outside_map, "near_mask": near_mask, "outside_mask": outside_mask} | flags
+
+
 def boxes(name):
     """Moving vehicles whose boxes are marked, and the area marked outside all boxes."""
     scores = json.loads((OUT / name / "further.json").read_text())["boxes"]
@@ -98,6 +109,14 @@ MEASUREMENTS = {
         "{program} segment {data}/highway/dashcam_reflections.mp4 --out={out}/dashcam --overwrite --progress=none && "
         f"{EVALUATE} {{out}}/dashcam --boxes=tests/tools/evaluate/labels/dashcam_reflections.csv --no-plots -q",
         boxes,
+    ),
+    # From two seconds before the first labelled frame of each clip to the last one.
+    "strangers": (
+        "awk -F, 'NR > 1 {{ if (!($1 in first)) first[$1] = $2; last[$1] = $2 }} END {{ for (c in first) print c, first[c], last[c] }}' "
+        "tests/vision/strangers/boxes.csv | sort | while read c first last; do {program} run {data}/strangers/$c.mp4 --out={out}/strangers/$c "
+        "--from=$((first < 60 ? 0 : first - 60)) --to=$((last + 10)) --no_video </dev/null || [ $? = 4 ] || exit 1; done; "
+        "for what in '' --masks; do tests/vision/strangers/score.py {out}/strangers $what; done",
+        strangers,
     ),
     "drives": (
         "rm -rf {out}/fresh; for s in street junction dashcam crossing overtaking stop_and_go; do for k in 101 102 103; do {program} synthesize "

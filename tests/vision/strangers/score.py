@@ -11,7 +11,10 @@ Columns, shares in percent:
   standing  the same of standing boxes, less what boxes of other motion cover
   found     after each of these: boxes of which more than half is marked, of how many
   outside   mean share marked of the picture outside all boxes
-Boxes of unknown motion count nowhere. Needs OpenCV for Python (Debian's python3-opencv).
+Boxes of unknown motion count nowhere. The last line is on doubt: how well the overlap with what
+moves that frames.jsonl expects tells bad frames from good ones. A perfect mask fills about two
+thirds of its boxes; so bad is an IoU with the moving boxes below 0.2, good one above 0.35, and
+where nothing moves, the area marked tells. Needs OpenCV for Python (Debian's python3-opencv).
 """
 
 import argparse
@@ -70,6 +73,18 @@ def area(row):
     return (slice(int(row['y0']), int(row['y1']) + 1), slice(int(row['x0']), int(row['x1']) + 1))
 
 
+def box_overlap(marked, rows):
+    """IoU of what is marked with the moving boxes; where there are none, 1 if next to nothing is marked."""
+    moving, unknown = np.zeros_like(marked), np.zeros_like(marked)
+    for row in rows:
+        if row['motion'] != 'standing':
+            (moving if row['motion'] == 'moving' else unknown)[area(row)] = True
+    moving &= ~unknown
+    if not moving.any():
+        return float(marked.mean() < 0.003)
+    return (marked & moving).sum() / ((marked & ~unknown) | moving).sum()
+
+
 def score_frame(marked, rows, shares):
     """Appends the frame's shares to the lists of `shares`, by column."""
     boxes, others = np.zeros_like(marked), np.zeros_like(marked)
@@ -86,14 +101,15 @@ def score_frame(marked, rows, shares):
 
 
 def score_run(run, frames, masks):
-    """Lists of shares by column, of all labelled frames of a run."""
+    """Lists of shares by column, of all labelled frames of a run; pairs of overlaps, found and expected, as 'doubt'."""
     stride = json.loads((run / 'run.json').read_text())['maps']['stride_pixels']
-    lines = map(json.loads, (run / 'frames.jsonl').read_text().splitlines())
-    sizes = {line['index']: (line['width_pixels'], line['height_pixels']) for line in lines}
+    lines = {line['index']: line for line in map(json.loads, (run / 'frames.jsonl').read_text().splitlines())}
+    sizes = {index: (line['width_pixels'], line['height_pixels']) for index, line in lines.items()}
     shares = defaultdict(list)
     for frame, rows in sorted(frames.items()):
         marked = masked_pixels(run, frame) if masks else marked_pixels(run, frame, stride, sizes)
         score_frame(marked, rows, shares)
+        shares['doubt'].append((box_overlap(marked, rows), lines[frame]['expected_overlap']))
     return shares
 
 
@@ -104,6 +120,15 @@ def print_line(name, shares):
         cells.append(f'{100 * np.mean(values):10.1f}' if values else f'{"-":>10}')
         cells.append(f'{sum(share > 0.5 for share in values)}/{len(values)}'.rjust(8))
     print(f'{name:32}' + ''.join(cells) + f'{100 * np.mean(shares["outside"]):10.1f}')
+
+
+def print_doubt(pairs):
+    bad = np.array([expected for found, expected in pairs if found < 0.2])
+    good = np.array([expected for found, expected in pairs if found > 0.35])
+    if bad.size and good.size:
+        ranked = (bad[:, None] < good).mean() + 0.5 * (bad[:, None] == good).mean()
+        print(f'doubt: {bad.size} bad frames, {good.size} good ones, AUC {ranked:.2f}; '
+              f'flagged {(bad < 0.4).mean():.2f} of the bad, {(good < 0.4).mean():.2f} of the good')
 
 
 def main():
@@ -124,6 +149,7 @@ def main():
     if not total:
         sys.exit(f'score: {arguments.runs} holds no run named by a clip')
     print_line('all', total)
+    print_doubt(total['doubt'])
 
 
 if __name__ == '__main__':
