@@ -32,12 +32,14 @@ DATA = Path(os.environ.get("EGOSIEVE_DATA", ROOT.parent / "shared" / "data"))
 EVALUATE = "tools/evaluate/egosieve-eval"
 SUITE = f"{EVALUATE} suite %s --max-frames=24 --no-plots -q --out={{out}}/%s"
 
-# The last 24 frames of each clip that has 40 or more, as clips of their own.
-ENDS = (
-    "rm -rf {out}/ends; for d in {data}/davis-train/*; do [ $(ls $d/frames | wc -l) -ge 40 ] || continue; c={out}/ends/$(basename $d); "
-    "mkdir -p $c/frames $c/masks; for f in $(ls $d/frames | tail -24); do ln -s $(realpath $d/frames/$f) $c/frames; "
-    "ln -s $(realpath $d/masks/${{f%.*}}.png) $c/masks; done; done; "
+# Pictures of each clip of davis-train that has so many, as clips of their own, numbered anew.
+PARTS = (
+    "rm -rf {out}/%(name)s; for d in {data}/davis-train/*; do [ $(ls $d/frames | wc -l) -ge %(fewest)d ] || continue; n=10000; c={out}/%(name)s/$(basename $d); "
+    "mkdir -p $c/frames $c/masks; for f in $(ls $d/frames | %(filter)s); do n=$((n + 1)); ln -s $(realpath $d/frames/$f) $c/frames/$n.jpg; "
+    "ln -s $(realpath $d/masks/${{f%%.*}}.png) $c/masks/$n.png; done; done; "
 )
+ENDS = PARTS % {"name": "ends", "fewest": 40, "filter": "tail -24"}
+BACKWARDS = PARTS % {"name": "backwards", "fewest": 24, "filter": "head -24 | tac"}
 DRIVING = "mkdir -p {out}/driving; for d in kitti-cyclist kitti-residential kt3dmoseg; do ln -sfn $(realpath {data}/$d) {out}/driving/$d; done; "
 
 
@@ -102,6 +104,7 @@ def clock(name):
 MEASUREMENTS = {
     "davis_train": (SUITE % ("{data}/davis-train", "davis_train"), lambda n: suite(n) | doubt(n)),
     "davis_ends": (ENDS + SUITE % ("{out}/ends", "davis_ends"), lambda n: suite(n) | doubt(n)),
+    "davis_backwards": (BACKWARDS + SUITE % ("{out}/backwards", "davis_backwards"), suite),
     "davis": (SUITE % ("{data}/davis", "davis"), suite),
     "real": (DRIVING + SUITE % ("{out}/driving", "real"), suite),
     "live": (DRIVING + SUITE % ("{out}/driving", "live") + " --no-masks --segment-flags='--ahead=0 --no_first_pass'", suite),
@@ -110,11 +113,11 @@ MEASUREMENTS = {
         f"{EVALUATE} {{out}}/dashcam --boxes=tests/tools/evaluate/labels/dashcam_reflections.csv --no-plots -q",
         boxes,
     ),
-    # From two seconds before the first labelled frame of each clip to the last one.
+    # Of each clip the labelled frames, with 60 before and 10 after them.
     "strangers": (
         "awk -F, 'NR > 1 {{ if (!($1 in first)) first[$1] = $2; last[$1] = $2 }} END {{ for (c in first) print c, first[c], last[c] }}' "
         "tests/vision/strangers/boxes.csv | sort | while read c first last; do {program} run {data}/strangers/$c.mp4 --out={out}/strangers/$c "
-        "--from=$((first < 60 ? 0 : first - 60)) --to=$((last + 10)) --no_video </dev/null || [ $? = 4 ] || exit 1; done; "
+        "--from=$((first < 60 ? 0 : first - 60)) --to=$((last + 10)) --no_video </dev/null || [ $? = 4 ] || exit 1; done || exit 1; "
         "for what in '' --masks; do tests/vision/strangers/score.py {out}/strangers $what; done",
         strangers,
     ),

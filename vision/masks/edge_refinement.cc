@@ -19,9 +19,7 @@ cv::Mat1f LikenessBelow(const cv::Mat3b& image) {
   cv::Mat1f likeness(image.size(), 0.0f);
   for (int y = 0; y + 1 < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
-      const cv::Vec3i difference = cv::Vec3i(image(y, x)) - cv::Vec3i(image(y + 1, x));
-      const auto squared = static_cast<float>(difference.dot(difference));
-      likeness(y, x) = -std::sqrt(squared) / kEdgeLevels;
+      likeness(y, x) = -std::sqrt(SquaredDifference(image(y, x), image(y + 1, x))) / kEdgeLevels;
     }
   }
   cv::exp(likeness, likeness);

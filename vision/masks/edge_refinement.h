@@ -6,8 +6,8 @@
 //   fgs    argmin_p sum (p - p_0)^2 + r^2 sum_{x ~ y} exp(-|I_x - I_y| / kEdgeLevels) (p_x - p_y)^2:
 //          by the fast global smoother; r = kEdgeReach times the longer side, in pixels
 //
-// It solves this along rows and along columns, with r, r / 2 and r / 4. Without edges the influence of a pixel
-// falls by about the factor e over r, the same share of the picture at every resolution.
+// It solves this along rows and along columns, with r, r / 2 and r / 4. Without edges the influence
+// of a pixel falls by about the factor e over r, the same share of the picture at every resolution.
 //
 // (ER2) smooths probabilities, not log odds. So p stays near 1/2 where map and colour are unsure,
 // and sure regions do not spread across edges.
@@ -26,6 +26,12 @@ int WorkingStep(cv::Size size);
 
 // Means over blocks; the result has ceil(size / step) pixels.
 cv::Mat ToWorkingSize(const cv::Mat& image, int step);
+
+// |a - b|^2 of two colours.
+inline float SquaredDifference(const cv::Vec3b& a, const cv::Vec3b& b) {
+  const cv::Vec3f difference = cv::Vec3f(a) - cv::Vec3f(b);
+  return difference.dot(difference);
+}
 
 // (ER2). image: B G R at full resolution; log_odds: (ER1).
 cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds);

@@ -40,11 +40,6 @@ Nodes NodesOf(const LinkFrame& frame, bool is_first) {
   return nodes;
 }
 
-float SquaredDifference(const cv::Vec3b& a, const cv::Vec3b& b) {
-  const cv::Vec3f difference = cv::Vec3f(a) - cv::Vec3f(b);
-  return difference.dot(difference);
-}
-
 // work(x, y, other): each pair of neighbours in a picture.
 template <typename Work>
 void ForEachNeighbours(cv::Size size, const Work& work) {

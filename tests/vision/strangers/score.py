@@ -12,9 +12,10 @@ Columns, shares in percent:
   found     after each of these: boxes of which more than half is marked, of how many
   outside   mean share marked of the picture outside all boxes
 Boxes of unknown motion count nowhere. The last line is on doubt: how well the overlap with what
-moves that frames.jsonl expects tells bad frames from good ones. A perfect mask fills about two
-thirds of its boxes; so bad is an IoU with the moving boxes below 0.2, good one above 0.35, and
-where nothing moves, the area marked tells. Needs OpenCV for Python (Debian's python3-opencv).
+moves that frames.jsonl expects tells bad frames from good ones, and how many the program calls
+unreliable. A perfect mask fills about two thirds of its boxes; so bad is an IoU with the moving
+boxes below 0.2, good one above 0.35, and where nothing moves, the area marked tells.
+Needs OpenCV for Python (Debian's python3-opencv).
 """
 
 import argparse
@@ -28,6 +29,7 @@ import cv2
 import numpy as np
 
 VEHICLES = ('car', 'truck', 'bus', 'motorbike', 'bicycle')
+LEAST_OVERLAP = 0.4  # kLeastOverlap of tools/run_folder/doubtful_frames.cc
 COLUMNS = ('near', 'other', 'standing')
 
 
@@ -74,7 +76,7 @@ def area(row):
 
 
 def box_overlap(marked, rows):
-    """IoU of what is marked with the moving boxes; where there are none, 1 if next to nothing is marked."""
+    """IoU of what is marked with the moving boxes; without any, 1 if next to nothing is marked."""
     moving, unknown = np.zeros_like(marked), np.zeros_like(marked)
     for row in rows:
         if row['motion'] != 'standing':
@@ -101,15 +103,21 @@ def score_frame(marked, rows, shares):
 
 
 def score_run(run, frames, masks):
-    """Lists of shares by column, of all labelled frames of a run; pairs of overlaps, found and expected, as 'doubt'."""
+    """Lists of shares by column, of all labelled frames of a run.
+
+    Also 'doubt': of each frame the overlap found, that expected, and whether it is flagged.
+    """
     stride = json.loads((run / 'run.json').read_text())['maps']['stride_pixels']
-    lines = {line['index']: line for line in map(json.loads, (run / 'frames.jsonl').read_text().splitlines())}
+    records = map(json.loads, (run / 'frames.jsonl').read_text().splitlines())
+    lines = {line['index']: line for line in records}
     sizes = {index: (line['width_pixels'], line['height_pixels']) for index, line in lines.items()}
     shares = defaultdict(list)
     for frame, rows in sorted(frames.items()):
         marked = masked_pixels(run, frame) if masks else marked_pixels(run, frame, stride, sizes)
         score_frame(marked, rows, shares)
-        shares['doubt'].append((box_overlap(marked, rows), lines[frame]['expected_overlap']))
+        expected, doubt = lines[frame]['expected_overlap'], lines[frame]['doubt']
+        flagged = bool(doubt) or expected < LEAST_OVERLAP
+        shares['doubt'].append((box_overlap(marked, rows), expected, flagged))
     return shares
 
 
@@ -122,13 +130,14 @@ def print_line(name, shares):
     print(f'{name:32}' + ''.join(cells) + f'{100 * np.mean(shares["outside"]):10.1f}')
 
 
-def print_doubt(pairs):
-    bad = np.array([expected for found, expected in pairs if found < 0.2])
-    good = np.array([expected for found, expected in pairs if found > 0.35])
+def print_doubt(frames):
+    bad = np.array([frame[1:] for frame in frames if frame[0] < 0.2])
+    good = np.array([frame[1:] for frame in frames if frame[0] > 0.35])
     if bad.size and good.size:
-        ranked = (bad[:, None] < good).mean() + 0.5 * (bad[:, None] == good).mean()
-        print(f'doubt: {bad.size} bad frames, {good.size} good ones, AUC {ranked:.2f}; '
-              f'flagged {(bad < 0.4).mean():.2f} of the bad, {(good < 0.4).mean():.2f} of the good')
+        lower, equal = bad[:, :1] < good[:, 0], bad[:, :1] == good[:, 0]
+        print(f'doubt: {len(bad)} bad frames, {len(good)} good ones, '
+              f'AUC {(lower + 0.5 * equal).mean():.2f}; flagged {bad[:, 1].mean():.2f} of the bad, '
+              f'{good[:, 1].mean():.2f} of the good')
 
 
 def main():
