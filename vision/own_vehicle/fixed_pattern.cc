@@ -1,7 +1,9 @@
 #include "vision/own_vehicle/fixed_pattern.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "vision/statistics/order_statistics.h"
@@ -11,6 +13,7 @@ namespace {
 
 constexpr int kLongestSide = 640;        // of the reduced picture
 constexpr double kLeastOfPattern = 0.6;  // correlation
+constexpr double kLeastShown = 0.85;     // rho^2; below for a shift of about a pixel
 constexpr double kSmoothing = 1.0;       // deviation of the Gaussian, pixels
 constexpr float kDamping = 1.0F;         // lambda, (grey levels per pixel)^2
 
@@ -23,6 +26,12 @@ cv::Mat1f Mean(const cv::Mat1f& values) {
 cv::Mat1f Covariance(const cv::Mat1f& a, const cv::Mat1f& b, const cv::Mat1f& mean_a,
                      const cv::Mat1f& mean_b) {
   return Mean(a.mul(b)) - mean_a.mul(mean_b);
+}
+
+cv::Mat1f Gradient(const cv::Mat1f& picture, int dx, int dy) {
+  cv::Mat1f gradient;
+  cv::Sobel(picture, gradient, CV_32F, dx, dy, 3, 1.0 / 8.0);
+  return gradient;
 }
 
 }  // namespace
@@ -61,8 +70,8 @@ cv::Mat1f MedianPicture(const std::vector<cv::Mat1f>& pictures) {
 }
 
 FixedPattern::FixedPattern(const cv::Mat1f& median) : values_(median), mean_(Mean(median)) {
-  cv::Sobel(values_, gx_, CV_32F, 1, 0, 3, 1.0 / 8.0);
-  cv::Sobel(values_, gy_, CV_32F, 0, 1, 3, 1.0 / 8.0);
+  gx_ = Gradient(values_, 1, 0);
+  gy_ = Gradient(values_, 0, 1);
   mean_gx_ = Mean(gx_);
   mean_gy_ = Mean(gy_);
   variance_ = Covariance(values_, values_, mean_, mean_);
@@ -71,6 +80,36 @@ FixedPattern::FixedPattern(const cv::Mat1f& median) : values_(median), mean_(Mea
   yy_ = Covariance(gy_, gy_, mean_gy_, mean_gy_);
   xm_ = Covariance(gx_, values_, mean_gx_, mean_);
   ym_ = Covariance(gy_, values_, mean_gy_, mean_);
+}
+
+cv::Mat1b FixedPattern::Showing(const cv::Mat1f& picture) const {
+  const cv::Mat1f x = Gradient(picture, 1, 0), y = Gradient(picture, 0, 1);
+  const cv::Mat1f weight = gx_.mul(gx_) + gy_.mul(gy_);
+  const cv::Mat1f both = Mean(weight.mul(gx_.mul(x) + gy_.mul(y)));
+  const cv::Mat1f squares = Mean(weight.mul(weight)).mul(Mean(weight.mul(x.mul(x) + y.mul(y))));
+  return (both > 0.0) & (both.mul(both) >= kLeastShown * squares);
+}
+
+std::vector<cv::Vec2d> FixedPattern::Shifts(
+    const cv::Mat1f& picture, const std::vector<std::vector<cv::Point>>& patches) const {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const cv::Mat1f rest = picture - Mean(picture);
+  std::vector<cv::Vec2d> shifts;
+  for (const std::vector<cv::Point>& patch : patches) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();  // of a, a u_x, a u_y
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const cv::Point at : patch) {
+      const Eigen::Vector3d row(values_(at) - mean_(at), gx_(at) - mean_gx_(at),
+                                gy_(at) - mean_gy_(at));
+      const double weight = gx_(at) * gx_(at) + gy_(at) * gy_(at);
+      normal += weight * row * row.transpose();
+      right += weight * rest(at) * row;
+    }
+    const Eigen::Vector3d fit = normal.ldlt().solve(right);
+    shifts.emplace_back(kInfinite, kInfinite);
+    if (fit(0) > 0.0) shifts.back() = {fit(1) / fit(0), fit(2) / fit(0)};
+  }
+  return shifts;
 }
 
 cv::Mat1b FixedPattern::Agreeing(const cv::Mat1f& picture) const {

@@ -15,7 +15,7 @@ namespace {
 
 // Pixels of a patch of the own vehicle.
 constexpr int kLeastArea = 2 * kFixedPatternWindow * kFixedPatternWindow;
-constexpr double kAgreeingShare = 0.8;
+constexpr double kShowingShare = 0.8;
 constexpr double kLeastProof = 12.0, kMostOfPair = 4.0;  // of E; c, of one pair
 constexpr double kChangingShare = 0.2;  // of pictures with contrast at a place that is not blank
 constexpr int kClosing = 9;             // pixels: closes gaps, such as changing digits
@@ -103,19 +103,42 @@ std::vector<cv::Mat1f> Smooth(const std::vector<cv::Mat1b>& reduced) {
   return pictures;
 }
 
-// Step 1.
-FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image) {
+// Tells candidates whose patch shifts from those that stay.
+void FindShifting(const FixedPattern& pattern, const std::vector<cv::Mat1f>& pictures,
+                  cv::Mat1b& kind) {
+  cv::Mat1i component;
+  const int count = cv::connectedComponents(kind == FixedPlaces::kFixed, component, 8, CV_32S);
+  std::vector<std::vector<cv::Point>> patches(count);
+  for (int y = 0; y < kind.rows; ++y) {
+    for (int x = 0; x < kind.cols; ++x) {
+      if (component(y, x) != 0) patches[component(y, x)].emplace_back(x, y);
+    }
+  }
+  std::vector<std::vector<double>> shifts(count);
+  for (const cv::Mat1f& picture : pictures) {
+    const std::vector<cv::Vec2d> of_picture = pattern.Shifts(picture, patches);
+    for (int c = 1; c < count; ++c) shifts[c].push_back(cv::norm(of_picture[c]));
+  }
+  for (int c = 1; c < count; ++c) {
+    if (MedianInPlace(shifts[c]) <= kMostShiftPixels) continue;
+    for (const cv::Point place : patches[c]) kind(place) = FixedPlaces::kShifting;
+  }
+}
+
+// Step 1. is_steady: what a camera follows is not told from what shakes with its mount.
+FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image, bool is_steady) {
   FixedPlaces places;
   places.image = image;
   const cv::Mat1f median = MedianPicture(pictures);
-  median.convertTo(places.median, CV_8U);
+  const bool is_drive = pictures.size() >= kFewestOfDrive;
+  if (is_drive) median.convertTo(places.median, CV_8U);
   const FixedPattern pattern(median);
   const cv::Size size = median.size();
   const double least_variance = kLeastContrast * kLeastContrast;
-  cv::Mat1i agreeing = cv::Mat1i::zeros(size), contrasting = cv::Mat1i::zeros(size);
+  cv::Mat1i showing = cv::Mat1i::zeros(size), contrasting = cv::Mat1i::zeros(size);
   for (const cv::Mat1f& picture : pictures) {
-    places.agreeing.push_back(pattern.Agreeing(picture));
-    cv::add(agreeing, 1, agreeing, places.agreeing.back());
+    if (is_drive) places.agreeing.push_back(pattern.Agreeing(picture));
+    cv::add(showing, 1, showing, pattern.Showing(picture));
     cv::add(contrasting, 1, contrasting, VarianceInWindow(picture) >= least_variance);
   }
   const double count = static_cast<double>(pictures.size());
@@ -126,14 +149,15 @@ FixedPlaces FixedIn(const std::vector<cv::Mat1f>& pictures, cv::Size image) {
   places.s_yy = pattern.yy() / trace;
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
-      const bool agrees = agreeing(y, x) >= kAgreeingShare * count;
-      if (agrees && pattern.variance()(y, x) >= least_variance) {
+      const bool shows = showing(y, x) >= kShowingShare * count;
+      if (shows && pattern.variance()(y, x) >= least_variance) {
         places.kind(y, x) = FixedPlaces::kFixed;
-      } else if (!agrees && contrasting(y, x) >= kChangingShare * count) {
+      } else if (!shows && contrasting(y, x) >= kChangingShare * count) {
         places.kind(y, x) = FixedPlaces::kChanging;
       }
     }
   }
+  if (!is_steady) FindShifting(pattern, pictures, places.kind);
   return places;
 }
 
@@ -161,7 +185,7 @@ bool FixedPlaces::IsFixed(double x, double y) const {
   const int column = static_cast<int>((x + 0.5) * kind.cols / image.width);
   const int row = static_cast<int>((y + 0.5) * kind.rows / image.height);
   return column >= 0 && row >= 0 && column < kind.cols && row < kind.rows &&
-         kind(row, column) == kFixed;
+         kind(row, column) >= kShifting;
 }
 
 bool FixedPlaces::IsFixedIn(size_t picture, double x, double y) const {
@@ -175,17 +199,18 @@ bool FixedPlaces::IsFixedIn(size_t picture, double x, double y) const {
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image) {
   FixedPlaces places;
   places.image = image;
-  if (reduced.size() >= kLeastPictures) places = FixedIn(Smooth(reduced), image);
+  if (reduced.size() >= kFewestPictures)
+    places = FixedIn(Smooth(reduced), image, /*is_steady=*/false);
   return places;
 }
 
 FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image) {
   FixedPlaces places;
   places.image = image;
-  if (reduced.size() < kLeastPictures) return places;
+  if (reduced.size() < kFewestOfDrive) return places;
   SteadyPictures steady = SteadyOnMount(Smooth(reduced));
   if (TypicalShake(steady) <= kMostShiftPixels) return places;
-  places = FixedIn(steady.pictures, image);
+  places = FixedIn(steady.pictures, image, /*is_steady=*/true);
   places.shakes = std::move(steady.shakes);
   return places;
 }

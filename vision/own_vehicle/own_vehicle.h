@@ -1,8 +1,11 @@
 // The own vehicle: everything that is fixed in the image during the whole drive while the scene
-// moves. Bonnet, dashboard, mirror, time stamp, black borders and reflections in the windscreen.
+// moves. Bonnet, dashboard, mirror, black borders, reflections in the windscreen; also captions, logos
+// and time stamps of hand-held clips.
 //
 // 1. Candidates. M is the median of pictures spread over the drive (fixed_pattern.h). A pixel with
-//    contrast in M is a candidate if kAgreeingShare of the pictures agree with M there.
+//    contrast in M is a candidate if kShowingShare of the pictures show M there (FX2), and its
+//    connected patch stays: in half of the pictures it shifts (FX3) by at most kMostShiftPixels. What
+//    a camera follows shifts by more.
 //
 // 2. Proof. Distant points straight ahead are fixed in the image as well, and so are lines that
 //    lead to them. From picture k to the next, k + 1, a static point at a candidate would move by
@@ -41,7 +44,8 @@
 
 namespace egosieve::vision {
 
-inline constexpr size_t kLeastPictures = 12;   // with fewer, no own vehicle is found
+inline constexpr size_t kFewestPictures = 4;   // with fewer pairs (OV2) proves nothing
+inline constexpr size_t kFewestOfDrive = 12;   // with fewer there is no fixed pattern of a drive
 inline constexpr double kLeastContrast = 2.5;  // deviation in the window, grey levels; below: blank
 
 // Motion of the static scene between a picture and one soon after it.
@@ -58,15 +62,17 @@ double LeastGroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion
 
 // Result of step 1, in pixels of the reduced picture.
 struct FixedPlaces {
-  enum Kind : uint8_t { kBlank = 0, kChanging = 1, kFixed = 2 };
-  cv::Size image;                   // of the original pictures
-  cv::Mat1b kind;                   // of the reduced picture; empty: too few pictures
-  std::vector<cv::Mat1b> agreeing;  // 255 where a picture agrees with M, else 0; one per picture
+  enum Kind : uint8_t { kBlank = 0, kChanging = 1, kShifting = 2, kFixed = 3 };
+  cv::Size image;  // of the original pictures
+  cv::Mat1b kind;  // of the reduced picture; empty: too few pictures
+  // 255 where a picture agrees with M, else 0; one per picture. Empty with too few for a drive.
+  std::vector<cv::Mat1b> agreeing;
   cv::Mat1f s_xx, s_xy, s_yy;       // S
-  cv::Mat1b median;                 // M
+  cv::Mat1b median;                 // M; empty with too few for a drive
   std::vector<cv::Matx23f> shakes;  // of mount_shake.h, one per picture; empty: the mount holds
 
-  // Whether the place, in pixels of the original picture, is a candidate.
+  // Whether the place, in pixels of the original picture, shows M in enough of the pictures, also if
+  // it shifts: such places tell nothing of the camera's motion.
   bool IsFixed(double x, double y) const;
   // The same in this one of the pictures, which may have been shaken.
   bool IsFixedIn(size_t picture, double x, double y) const;

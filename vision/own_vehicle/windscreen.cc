@@ -47,7 +47,7 @@ cv::Mat1b ProvenPatches(const cv::Mat1b& candidates, const cv::Mat1b& proven) {
 
 cv::Mat1b FindWindscreen(const FixedPlaces& places, const std::vector<cv::Mat1b>& seconds,
                          const std::vector<PairWorld>& worlds, const Pinhole& camera) {
-  if (places.kind.empty()) return {};
+  if (places.agreeing.empty()) return {};
   cv::Mat1f median;
   places.median.convertTo(median, CV_32F);
   const FixedPattern pattern(median);

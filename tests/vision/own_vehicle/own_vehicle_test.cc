@@ -71,6 +71,29 @@ TEST(FixedPlaces, WhatSwaysIsNotFixed) {
   EXPECT_LT(ShareOf(places, FixedPlaces::kFixed, Inner(kPanel)), 0.02);
 }
 
+TEST(FixedPlaces, AFractionOfAPixelIsFollowing) {
+  // Each window may agree; the patch as a whole does not stay.
+  EXPECT_EQ(ShareOf(Find(Drive(20, 0.6)), FixedPlaces::kFixed, Inner(kPanel)), 0.0);
+  EXPECT_GT(ShareOf(Find(Drive(20, 0.2)), FixedPlaces::kFixed, Inner(kPanel)), 0.95);
+}
+
+TEST(FixedPlaces, ThinLettersOverASceneThatGoesByAreFixed) {
+  constexpr int kPictures = 6;  // of a clip of half a second
+  const cv::Rect caption(30, 40, 100, 24);
+  std::vector<cv::Mat1b> pictures = Drive(kPictures, 0.0);
+  cv::Mat1b letters = cv::Mat1b::zeros(kHeight, kWidth);
+  cv::putText(letters, "14:03:07", {32, 59}, cv::FONT_HERSHEY_SIMPLEX, 0.7, 255, 2);
+  for (cv::Mat1b& picture : pictures) {
+    picture(caption) *= 0.3;  // of less contrast than the letters
+    const cv::Mat1b lit = 0.3 * picture + 0.7 * letters;
+    lit.copyTo(picture, letters);
+  }
+  const FixedPlaces places = Find(pictures);
+  EXPECT_EQ(cv::countNonZero((places.kind != FixedPlaces::kFixed) & letters), 0);
+  EXPECT_EQ(ShareOf(places, FixedPlaces::kFixed, {0, 30, 24, 50}), 0.0);
+  EXPECT_TRUE(places.median.empty());  // too few pictures for the windscreen's reflections
+}
+
 TEST(FixedPlaces, OnAShakingMountWhatSwaysInTheLowestPartIsFixed) {
   const std::vector<cv::Mat1b> pictures = Drive(20, 2.5);
   const FixedPlaces places = FindFixedOnMount(pictures, {kWidth, kHeight});
@@ -89,7 +112,7 @@ TEST(FixedPlaces, OnAShakingMountWhatSwaysInTheLowestPartIsFixed) {
 }
 
 TEST(FixedPlaces, AFewPicturesSayNothing) {
-  const FixedPlaces places = Find(Drive(kLeastPictures - 1, 0.0));
+  const FixedPlaces places = Find(Drive(kFewestPictures - 1, 0.0));
   EXPECT_TRUE(places.kind.empty());
   EXPECT_FALSE(places.IsFixed(80, 96));
   EXPECT_TRUE(ProveOwnVehicle(places, {}, Pinhole::Of({kWidth, kHeight}, 150)).empty());
@@ -214,6 +237,33 @@ TEST(FixedPattern, AgreesInAnyLight) {
   cv::Mat1b darker;
   median.convertTo(darker, CV_8U, 0.6, 20.0);
   EXPECT_GT(AgreeingShare(median, darker, {{}, kPatternSize}), 0.99);
+}
+
+// Waves, shifted by exactly `shift`.
+cv::Mat1f Waves(cv::Vec2d shift) {
+  cv::Mat1f waves(kPatternSize);
+  for (int y = 0; y < waves.rows; ++y) {
+    for (int x = 0; x < waves.cols; ++x) {
+      const double u = x + shift(0), v = y + shift(1);
+      waves(y, x) = static_cast<float>(60.0 * std::sin(0.3 * u + 0.2 * v) +
+                                       40.0 * std::sin(0.35 * v - 0.1 * u));
+    }
+  }
+  return waves;
+}
+
+TEST(FixedPattern, KnowsTheShiftOfAPatch) {
+  std::vector<cv::Point> patch;
+  for (int y = 25; y < 45; ++y) {
+    for (int x = 40; x < 80; ++x) patch.emplace_back(x, y);
+  }
+  const cv::Mat1f darker = 0.5 * Waves({0.3, -0.2}) + 40.0;
+  const FixedPattern pattern(Waves({0, 0}));
+  EXPECT_NEAR(cv::norm(pattern.Shifts(Waves({0, 0}), {patch})[0]), 0.0, 1e-5);
+  const cv::Vec2d shift = pattern.Shifts(darker, {patch})[0];
+  EXPECT_NEAR(shift(0), 0.3, 0.02);
+  EXPECT_NEAR(shift(1), -0.2, 0.02);
+  EXPECT_TRUE(std::isinf(pattern.Shifts(cv::Mat1f::ones(kPatternSize), {patch})[0](0)));
 }
 
 TEST(FixedPattern, DoesNotAgreeWithWhatCoversIt) {

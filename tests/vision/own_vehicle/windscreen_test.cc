@@ -121,7 +121,7 @@ TEST(Windscreen, OnAShakingMountAReflectionThatSwaysIsFound) {
 
 TEST(Windscreen, AFewPicturesSayNothing) {
   Pictures pictures = Drive(0.0);
-  pictures.firsts.resize(kLeastPictures - 1);
+  pictures.firsts.resize(kFewestOfDrive - 1);
   pictures.seconds.resize(pictures.firsts.size());
   EXPECT_TRUE(Find(pictures, kStepOfPair).empty());
 }
