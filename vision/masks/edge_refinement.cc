@@ -5,21 +5,23 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "vision/masks/tonal_range.h"
+
 namespace egosieve::vision {
 namespace {
 
 constexpr int kLongestWorkingSide = 640;
 constexpr float kDoubt = 0.002f;
-constexpr double kEdgeReach = 0.05;  // of the picture's longer side
-constexpr float kEdgeLevels = 5.0f;  // of 255
-constexpr int kSweeps = 3;           // along columns and rows; a quarter of the weight each time
+constexpr double kEdgeReach = 0.05;         // of the picture's longer side
+constexpr double kEdgeShare = 5.0 / 255.0;  // of the range of levels
+constexpr int kSweeps = 3;  // along columns and rows; a quarter of the weight each time
 
-// exp(-|I_x - I_y| / kEdgeLevels) of each pixel x and the pixel y below it; 0 in the last row.
-cv::Mat1f LikenessBelow(const cv::Mat3b& image) {
+// exp(-|I_x - I_y| / levels) of each pixel x and the pixel y below it; 0 in the last row.
+cv::Mat1f LikenessBelow(const cv::Mat3b& image, float levels) {
   cv::Mat1f likeness(image.size(), 0.0f);
   for (int y = 0; y + 1 < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
-      likeness(y, x) = -std::sqrt(SquaredDifference(image(y, x), image(y + 1, x))) / kEdgeLevels;
+      likeness(y, x) = -std::sqrt(SquaredDifference(image(y, x), image(y + 1, x))) / levels;
     }
   }
   cv::exp(likeness, likeness);
@@ -82,7 +84,8 @@ cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds) {
   cv::Mat1f probability = Probability(full);
   const double reach = kEdgeReach * std::max(image.cols, image.rows);
   auto weight = static_cast<float>(reach * reach);
-  const cv::Mat1f below = LikenessBelow(image), right = LikenessBelow(image.t());
+  const auto levels = static_cast<float>(kEdgeShare * TonalRangeOf({image}).Levels());
+  const cv::Mat1f below = LikenessBelow(image, levels), right = LikenessBelow(image.t(), levels);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     probability = probability.t();
     SmoothColumns(right, weight, probability);

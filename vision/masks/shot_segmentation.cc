@@ -8,6 +8,7 @@
 
 #include "kernels/base/parallel_for.h"
 #include "vision/masks/edge_refinement.h"
+#include "vision/masks/tonal_range.h"
 
 namespace egosieve::vision {
 namespace {
@@ -27,11 +28,11 @@ struct Nodes {
 };
 
 // is_first: no picture is before it.
-Nodes NodesOf(const LinkFrame& frame, bool is_first) {
+Nodes NodesOf(const LinkFrame& frame, const TonalRange& range, bool is_first) {
   const cv::Size size = frame.image.size();
   const int step = (std::max(size.width, size.height) + kLongestSide - 1) / kLongestSide;
   Nodes nodes;
-  cv::cvtColor(ToWorkingSize(frame.image, step), nodes.lab, cv::COLOR_BGR2Lab);
+  cv::cvtColor(Stretched(ToWorkingSize(frame.image, step), range), nodes.lab, cv::COLOR_BGR2Lab);
   nodes.log_odds = ToWorkingSize(frame.log_odds, step);
   nodes.log_odds = cv::max(cv::min(nodes.log_odds, kMostOfMap), -kMostOfMap);
   if (is_first) return nodes;
@@ -125,8 +126,11 @@ std::vector<cv::Mat1f> Cut(const std::vector<Nodes>& shot, const std::vector<cv:
 std::vector<cv::Mat1f> SegmentShot(const std::vector<LinkFrame>& frames,
                                    const ShotSegmentationOptions& options) {
   const auto count = static_cast<int64_t>(frames.size());
+  std::vector<cv::Mat3b> pictures;
+  for (const LinkFrame& frame : frames) pictures.push_back(frame.image);
+  const TonalRange range = TonalRangeOf(pictures);
   std::vector<Nodes> shot(count);
-  kernels::ParallelFor(count, [&](int64_t t) { shot[t] = NodesOf(frames[t], t == 0); });
+  kernels::ParallelFor(count, [&](int64_t t) { shot[t] = NodesOf(frames[t], range, t == 0); });
   std::vector<cv::Mat3b> colours;
   std::vector<cv::Mat1f> probability, decided;  // decided: u, then l
   for (const Nodes& nodes : shot) {

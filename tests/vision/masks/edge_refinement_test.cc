@@ -28,19 +28,33 @@ Eigen::VectorXd SolveLine(const cv::Mat3b& line, const Eigen::VectorXd& values, 
   return system.ldlt().solve(values);
 }
 
-TEST(EdgeRefinement, SolvesRowsAndColumnsInTurn) {
+struct Example {
+  cv::Mat3b image = cv::Mat3b(kRows, kColumns);  // from black to white, in steps of 5
+  cv::Mat1f log_odds = cv::Mat1f(kRows, kColumns);
+};
+
+Example Random() {
   cv::RNG rng(3);
-  cv::Mat3b image(kRows, kColumns);
-  cv::Mat1f log_odds(kRows, kColumns);
-  Eigen::MatrixXd expected(kRows, kColumns);
+  Example example;
   for (int y = 0; y < kRows; ++y) {
     for (int x = 0; x < kColumns; ++x) {
       const int base = x < 4 ? 60 : 90;
-      image(y, x) = {static_cast<uchar>(base + rng.uniform(0, 4)), static_cast<uchar>(base),
-                     static_cast<uchar>(base + rng.uniform(0, 9))};
-      log_odds(y, x) = rng.uniform(-4.0f, 4.0f);
-      expected(y, x) = 1.0 / (1.0 + std::exp(-log_odds(y, x)));
+      example.image(y, x) = {static_cast<uchar>(base + 5 * rng.uniform(0, 2)),
+                             static_cast<uchar>(base),
+                             static_cast<uchar>(base + 5 * rng.uniform(0, 3))};
+      example.log_odds(y, x) = rng.uniform(-4.0f, 4.0f);
     }
+  }
+  example.image(0, 0) = {0, 0, 0};
+  example.image(4, 4) = {255, 255, 255};
+  return example;
+}
+
+TEST(EdgeRefinement, SolvesRowsAndColumnsInTurn) {
+  const auto& [image, log_odds] = Random();
+  Eigen::MatrixXd expected(kRows, kColumns);
+  for (int y = 0; y < kRows; ++y) {
+    for (int x = 0; x < kColumns; ++x) expected(y, x) = 1.0 / (1.0 + std::exp(-log_odds(y, x)));
   }
   double weight = std::pow(0.05 * kColumns, 2);
   for (int sweep = 0; sweep < 3; ++sweep) {
@@ -56,6 +70,14 @@ TEST(EdgeRefinement, SolvesRowsAndColumnsInTurn) {
   for (int y = 0; y < kRows; ++y) {
     for (int x = 0; x < kColumns; ++x) EXPECT_NEAR(refined(y, x), expected(y, x), 1e-5);
   }
+}
+
+TEST(EdgeRefinement, ADarkPictureHasTheSameEdges) {
+  const auto& [image, log_odds] = Random();
+  const cv::Mat3b dark = image / 5;
+  EXPECT_LT(
+      cv::norm(RefineProbability(dark, log_odds), RefineProbability(image, log_odds), cv::NORM_INF),
+      1e-6);
 }
 
 }  // namespace
