@@ -105,6 +105,10 @@ MEASUREMENTS = {
     "davis_train": (SUITE % ("{data}/davis-train", "davis_train"), lambda n: suite(n) | doubt(n)),
     "davis_ends": (ENDS + SUITE % ("{out}/ends", "davis_ends"), lambda n: suite(n) | doubt(n)),
     "davis_backwards": (BACKWARDS + SUITE % ("{out}/backwards", "davis_backwards"), suite),
+    "davis_captions": (
+        "rm -rf {out}/captions; bench/drive/draw_captions.py {data}/davis-train {out}/captions && " + SUITE % ("{out}/captions", "davis_captions"),
+        suite,
+    ),
     "davis": (SUITE % ("{data}/davis", "davis"), suite),
     "real": (DRIVING + SUITE % ("{out}/driving", "real"), suite),
     "live": (DRIVING + SUITE % ("{out}/driving", "live") + " --no-masks --segment-flags='--ahead=0 --no_first_pass'", suite),

@@ -103,6 +103,7 @@ std::vector<cv::Vec2d> FixedPattern::Shifts(
                                 gy_(at) - mean_gy_(at));
       const double weight = gx_(at) * gx_(at) + gy_(at) * gy_(at);
       normal += weight * row * row.transpose();
+      normal.diagonal().tail<2>().array() += weight * kDamping;
       right += weight * rest(at) * row;
     }
     const Eigen::Vector3d fit = normal.ldlt().solve(right);

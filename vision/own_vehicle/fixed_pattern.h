@@ -16,8 +16,8 @@
 //   rho^2 = (sum G.grad I)^2 / (sum |G|^2  sum |grad I|^2) >= kLeastShown                  (FX2)
 //
 // That allows for a shift of nearly a pixel. The shift of a whole patch is known better: one a and
-// one u of (FX1) by least squares over its pixels, weighted by |G|^2, of I and M less their
-// means in the windows.                                                                   (FX3)
+// one u of (FX1) by least squares over its pixels, weighted by |G|^2 and with lambda, of I and M
+// less their means in the windows.                                                        (FX3)
 //
 // Pictures are reduced to at most 640 pixels. Reference for the median: Dekel, Rubinstein, Liu &
 // Freeman (2017), on watermarks.

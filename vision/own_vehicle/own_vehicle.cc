@@ -197,11 +197,11 @@ bool FixedPlaces::IsFixedIn(size_t picture, double x, double y) const {
 }
 
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image) {
-  FixedPlaces places;
-  places.image = image;
   if (reduced.size() >= kFewestPictures)
-    places = FixedIn(Smooth(reduced), image, /*is_steady=*/false);
-  return places;
+    return FixedIn(Smooth(reduced), image, /*is_steady=*/false);
+  FixedPlaces none;
+  none.image = image;
+  return none;
 }
 
 FixedPlaces FindFixedOnMount(const std::vector<cv::Mat1b>& reduced, cv::Size image) {

@@ -239,6 +239,24 @@ TEST(FixedPattern, AgreesInAnyLight) {
   EXPECT_GT(AgreeingShare(median, darker, {{}, kPatternSize}), 0.99);
 }
 
+TEST(FixedPattern, ALineStaysWhateverItsLengthHides) {
+  // The edge of a black bar, with noise.
+  cv::RNG random(4);
+  const auto bar = [&random](double noise) {
+    cv::Mat1f picture(kPatternSize);
+    random.fill(picture, cv::RNG::NORMAL, 100.0, noise);
+    picture.colRange(0, 30) = 0.0f;
+    cv::GaussianBlur(picture, picture, {}, 1.0);
+    return picture;
+  };
+  std::vector<cv::Point> patch;
+  for (int y = 10; y < 70; ++y) {
+    for (int x = 25; x < 35; ++x) patch.emplace_back(x, y);
+  }
+  const FixedPattern pattern(bar(0.05));  // a median has little
+  EXPECT_LT(cv::norm(pattern.Shifts(bar(2.0), {patch})[0]), 0.1);
+}
+
 // Waves, shifted by exactly `shift`.
 cv::Mat1f Waves(cv::Vec2d shift) {
   cv::Mat1f waves(kPatternSize);
