@@ -10,6 +10,7 @@ namespace {
 constexpr int kPixelStep = 4;  // pixels
 constexpr double kOutsideRange = 0.001;
 constexpr double kFewestLevels = 16.0;
+constexpr int kHalf = 128;  // levels
 
 }  // namespace
 
@@ -32,6 +33,7 @@ TonalRange TonalRangeOf(const std::vector<cv::Mat3b>& pictures) {
   int low = 0, high = 255;
   for (int64_t below = darkest[0]; below <= outside && low < 255;) below += darkest[++low];
   for (int64_t above = brightest[255]; above <= outside && high > low;) above += brightest[--high];
+  if (high - low >= kHalf) return {};
   return {static_cast<double>(low), static_cast<double>(high)};
 }
 

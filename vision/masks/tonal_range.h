@@ -1,5 +1,5 @@
-// The range of levels that pictures use. What differs in dark or hazy pictures differs by fewer levels
-// than in others, so levels are compared with the range.
+// The range of levels that pictures use, where it is less than half of all. What differs in dark or
+// hazy pictures differs by fewer levels than in others, so levels are compared with the range.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -8,7 +8,8 @@
 namespace egosieve::vision {
 
 struct TonalRange {
-  // The 0.001 quantile of the darkest and the 0.999 quantile of the brightest channel, of 255.
+  // The 0.001 quantile of the darkest and the 0.999 quantile of the brightest channel, of 255; all
+  // levels if these are half of them or more.
   double low = 0.0, high = 255.0;
 
   // At least kFewestLevels, for blank pictures.

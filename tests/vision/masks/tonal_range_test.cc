@@ -26,10 +26,17 @@ TEST(TonalRange, FewPixelsLieOutside) {
 }
 
 TEST(TonalRange, IsOfAllPictures) {
-  const cv::Mat3b dark(8, 8, cv::Vec3b(10, 10, 10)), bright(8, 8, cv::Vec3b(200, 200, 200));
+  const cv::Mat3b dark(8, 8, cv::Vec3b(10, 10, 10)), bright(8, 8, cv::Vec3b(130, 130, 130));
   const TonalRange range = TonalRangeOf({dark, bright});
   EXPECT_EQ(range.low, 10.0);
-  EXPECT_EQ(range.high, 200.0);
+  EXPECT_EQ(range.high, 130.0);
+}
+
+TEST(TonalRange, HalfOfTheLevelsAreAsGoodAsAll) {
+  const cv::Mat3b dark(8, 8, cv::Vec3b(10, 10, 10)), bright(8, 8, cv::Vec3b(138, 138, 138));
+  const TonalRange range = TonalRangeOf({dark, bright});
+  EXPECT_EQ(range.low, 0.0);
+  EXPECT_EQ(range.high, 255.0);
 }
 
 TEST(TonalRange, NoiseOfABlankPictureIsNotStretchedToTheWhole) {
