@@ -12,9 +12,9 @@ namespace {
 
 constexpr int kLongestWorkingSide = 640;
 constexpr float kDoubt = 0.002f;
-constexpr double kEdgeReach = 0.05;         // of the picture's longer side
-constexpr double kEdgeShare = 5.0 / 255.0;  // of the range of levels
-constexpr int kSweeps = 3;  // along columns and rows; a quarter of the weight each time
+constexpr double kEdgeReach = 0.05;  // of the picture's longer side
+constexpr double kEdgeLevels = 5.0;  // of 255
+constexpr int kSweeps = 3;           // along columns and rows; a quarter of the weight each time
 
 // exp(-|I_x - I_y| / levels) of each pixel x and the pixel y below it; 0 in the last row.
 cv::Mat1f LikenessBelow(const cv::Mat3b& image, float levels) {
@@ -84,7 +84,7 @@ cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds) {
   cv::Mat1f probability = Probability(full);
   const double reach = kEdgeReach * std::max(image.cols, image.rows);
   auto weight = static_cast<float>(reach * reach);
-  const auto levels = static_cast<float>(kEdgeShare * TonalRangeOf({image}).Levels());
+  const auto levels = static_cast<float>(kEdgeLevels / TonalRangeOf({image}).Gain());
   const cv::Mat1f below = LikenessBelow(image, levels), right = LikenessBelow(image.t(), levels);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     probability = probability.t();

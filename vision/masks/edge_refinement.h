@@ -4,8 +4,8 @@
 //   p      = fgs(1 / (1 + exp(-l))), l interpolated linearly to full resolution               (ER2)
 //            kept within 0.002 and 0.998
 //   fgs    argmin_p sum (p - p_0)^2 + r^2 sum_{x ~ y} exp(-|I_x - I_y| / c) (p_x - p_y)^2: by the
-//          fast global smoother; r = kEdgeReach times the longer side, in pixels; c = kEdgeShare of
-//          the picture's range of levels (tonal_range.h)
+//          fast global smoother; r = kEdgeReach times the longer side, in pixels; c =
+//          kEdgeLevels over the picture's gain (tonal_range.h)
 //
 // It solves this along rows and along columns, with r, r / 2 and r / 4. Without edges the influence
 // of a pixel falls by about the factor e over r, the same share of the picture at every resolution.

@@ -7,9 +7,8 @@
 //            + along sum_{x -> y} k_xy [S(x) != S(y)]                                          (SS2)
 //   l(x)     u(x) + d (2 S(x) - 1),   d = min(kMostDecided, mean of |u| over the shot)         (SS3)
 //
-// x ~ y are neighbours in a picture, c their Lab colours, of pictures stretched to the shot's range
-// of levels (tonal_range.h), and m the mean of |c_x - c_y|^2 over the
-// shot. x -> y is the pixel of the picture before where flow leads, k_xy the agreement of flow with
+// x ~ y are neighbours in a picture, c their Lab colours in pictures stretched by the shot's range of
+// levels (tonal_range.h), and m the mean of |c_x - c_y|^2 over the shot. x -> y is the pixel of the picture before where flow leads, k_xy the agreement of flow with
 // its return (temporal_link.h). S minimises E by maximum flow. The colours are learnt from the maps
 // and once more with S: p / 2 where S is 0, (1 + p) / 2 where it is 1. The decision is no surer
 // than what it rests on: of a shot that tells nothing it says nothing, and where d would be below

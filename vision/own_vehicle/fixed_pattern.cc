@@ -72,6 +72,8 @@ cv::Mat1f MedianPicture(const std::vector<cv::Mat1f>& pictures) {
 FixedPattern::FixedPattern(const cv::Mat1f& median) : values_(median), mean_(Mean(median)) {
   gx_ = Gradient(values_, 1, 0);
   gy_ = Gradient(values_, 0, 1);
+  power_ = gx_.mul(gx_) + gy_.mul(gy_);
+  mean_power_squared_ = Mean(power_.mul(power_));
   mean_gx_ = Mean(gx_);
   mean_gy_ = Mean(gy_);
   variance_ = Covariance(values_, values_, mean_, mean_);
@@ -84,9 +86,8 @@ FixedPattern::FixedPattern(const cv::Mat1f& median) : values_(median), mean_(Mea
 
 cv::Mat1b FixedPattern::Showing(const cv::Mat1f& picture) const {
   const cv::Mat1f x = Gradient(picture, 1, 0), y = Gradient(picture, 0, 1);
-  const cv::Mat1f weight = gx_.mul(gx_) + gy_.mul(gy_);
-  const cv::Mat1f both = Mean(weight.mul(gx_.mul(x) + gy_.mul(y)));
-  const cv::Mat1f squares = Mean(weight.mul(weight)).mul(Mean(weight.mul(x.mul(x) + y.mul(y))));
+  const cv::Mat1f both = Mean(power_.mul(gx_.mul(x) + gy_.mul(y)));
+  const cv::Mat1f squares = mean_power_squared_.mul(Mean(power_.mul(x.mul(x) + y.mul(y))));
   return (both > 0.0) & (both.mul(both) >= kLeastShown * squares);
 }
 
@@ -101,7 +102,7 @@ std::vector<cv::Vec2d> FixedPattern::Shifts(
     for (const cv::Point at : patch) {
       const Eigen::Vector3d row(values_(at) - mean_(at), gx_(at) - mean_gx_(at),
                                 gy_(at) - mean_gy_(at));
-      const double weight = gx_(at) * gx_(at) + gy_(at) * gy_(at);
+      const double weight = power_(at);
       normal += weight * row * row.transpose();
       normal.diagonal().tail<2>().array() += weight * kDamping;
       right += weight * rest(at) * row;

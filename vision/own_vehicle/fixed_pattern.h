@@ -62,6 +62,7 @@ class FixedPattern {
                                 const std::vector<std::vector<cv::Point>>& patches) const;
 
  private:
+  cv::Mat1f power_, mean_power_squared_;  // |G|^2, and the mean of its square
   cv::Mat1f values_, mean_, variance_, gx_, gy_, mean_gx_, mean_gy_, xx_, xy_, yy_, xm_, ym_;
 };
 

@@ -16,7 +16,6 @@ namespace {
 // Pixels of a patch of the own vehicle.
 constexpr int kLeastArea = 2 * kFixedPatternWindow * kFixedPatternWindow;
 constexpr double kShowingShare = 0.8;
-constexpr double kLeastProof = 12.0, kMostOfPair = 4.0;  // of E; c, of one pair
 constexpr double kChangingShare = 0.2;  // of pictures with contrast at a place that is not blank
 constexpr int kClosing = 9;             // pixels: closes gaps, such as changing digits
 constexpr double kLeastBelow = 0.03;    // rays; closer to the horizon the ground is too far away

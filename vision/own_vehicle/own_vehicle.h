@@ -44,7 +44,8 @@
 
 namespace egosieve::vision {
 
-inline constexpr size_t kFewestPictures = 4;   // with fewer pairs (OV2) proves nothing
+inline constexpr double kLeastProof = 12.0, kMostOfPair = 4.0;            // of E; c, of one pair
+inline constexpr size_t kFewestPictures = kLeastProof / kMostOfPair + 1;  // that prove anything
 inline constexpr size_t kFewestOfDrive = 12;   // with fewer there is no fixed pattern of a drive
 inline constexpr double kLeastContrast = 2.5;  // deviation in the window, grey levels; below: blank
 

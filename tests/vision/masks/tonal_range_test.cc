@@ -18,10 +18,10 @@ TEST(TonalRange, FewPixelsLieOutside) {
   const TonalRange range = TonalRangeOf({picture});
   EXPECT_EQ(range.low, 20.0);
   EXPECT_EQ(range.high, 100.0);
-  EXPECT_EQ(range.Levels(), 80.0);
+  EXPECT_DOUBLE_EQ(range.Gain(), 127.5 / 80.0);
   const cv::Mat3b stretched = Stretched(picture, range);
-  EXPECT_EQ(stretched(10, 10), cv::Vec3b(32, 64, 0));
-  EXPECT_EQ(stretched(390, 10), cv::Vec3b(223, 191, 255));
+  EXPECT_EQ(stretched(10, 10), cv::Vec3b(16, 32, 0));
+  EXPECT_EQ(stretched(390, 10), cv::Vec3b(112, 96, 128));
   EXPECT_EQ(stretched(4, 4), cv::Vec3b(255, 255, 255));
 }
 
@@ -32,18 +32,17 @@ TEST(TonalRange, IsOfAllPictures) {
   EXPECT_EQ(range.high, 130.0);
 }
 
-TEST(TonalRange, HalfOfTheLevelsAreAsGoodAsAll) {
-  const cv::Mat3b dark(8, 8, cv::Vec3b(10, 10, 10)), bright(8, 8, cv::Vec3b(138, 138, 138));
-  const TonalRange range = TonalRangeOf({dark, bright});
-  EXPECT_EQ(range.low, 0.0);
-  EXPECT_EQ(range.high, 255.0);
+TEST(TonalRange, HalfOfTheLevelsAreEnough) {
+  EXPECT_DOUBLE_EQ((TonalRange{10.0, 138.0}.Gain()), 1.0);
+  const cv::Mat3b picture(2, 2, cv::Vec3b(20, 30, 40));
+  EXPECT_EQ(Stretched(picture, {10.0, 138.0})(0, 0), picture(0, 0));
 }
 
 TEST(TonalRange, NoiseOfABlankPictureIsNotStretchedToTheWhole) {
   const TonalRange range = TonalRangeOf({cv::Mat3b(8, 8, cv::Vec3b(77, 77, 77))});
   EXPECT_EQ(range.low, 77.0);
   EXPECT_EQ(range.high, 77.0);
-  EXPECT_GE(range.Levels(), 10.0);
+  EXPECT_EQ(range.Gain(), kMostGain);
 }
 
 }  // namespace
