@@ -4,6 +4,9 @@
 #include <array>
 #include <cstdlib>
 #include <iterator>
+#include <map>
+#include <mutex>
+#include <utility>
 
 #include "absl/algorithm/container.h"
 #include "absl/strings/match.h"
@@ -62,7 +65,7 @@ void Build(cl::Program& program, const cl::Device& device, const std::string& op
 }
 
 // The first `compute_units` of the device; all of them where the driver cannot divide it.
-cl::Device PartOf(cl::Device device, int compute_units) {
+cl::Device CreatePart(cl::Device device, int compute_units) {
   const std::array<cl_device_partition_property, 4> by_count = {
       CL_DEVICE_PARTITION_BY_COUNTS, compute_units, CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
   try {
@@ -74,6 +77,18 @@ cl::Device PartOf(cl::Device device, int compute_units) {
     if (absl::c_find(kCannot, error.err()) == std::end(kCannot)) throw;
     return device;
   }
+}
+
+// The part stays until the process ends: PoCL's queues do not keep theirs, and its threads read it
+// a moment after a call has ended, when the context may be gone.
+cl::Device PartOf(const cl::Device& device, int compute_units) {
+  static std::mutex mutex;
+  static auto& parts = *new std::map<std::pair<cl_device_id, int>, cl::Device>;
+  const std::lock_guard lock(mutex);
+  const std::pair key(device(), compute_units);
+  const auto found = parts.find(key);
+  return found != parts.end() ? found->second
+                              : parts.emplace(key, CreatePart(device, compute_units)).first->second;
 }
 
 }  // namespace
@@ -158,16 +173,13 @@ absl::StatusOr<cl::Kernel> Context::Kernel(std::string_view file, const std::str
   return kernel;
 }
 
-cl::Device Context::DeviceOfCall() {
+cl::Device Context::DeviceOfCall() const {
   const int units = std::min(info_.compute_units, MaximumThreads());
   // By the standard a part needs a context and programs of its own; PoCL's take the device's.
   if (!IsPocl(info_) || info_.type != DeviceType::kCpu || units == info_.compute_units) {
     return device_;
   }
-  const std::lock_guard lock(mutex_);
-  const auto found = parts_.find(units);
-  return found != parts_.end() ? found->second
-                               : parts_.emplace(units, PartOf(device_, units)).first->second;
+  return PartOf(device_, units);
 }
 
 absl::StatusOr<std::unique_ptr<Workspace>> Context::Borrow(std::string_view doing) {

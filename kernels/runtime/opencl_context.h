@@ -89,12 +89,10 @@ class Context {
   absl::StatusOr<cl::Program> Program(std::string_view file, const std::string& options,
                                       const std::string& covariance_code);
   // The device, or the part of PoCL's CPU that MaximumThreads() allows. Throws cl::Error.
-  cl::Device DeviceOfCall();
+  cl::Device DeviceOfCall() const;
 
   DeviceInfo info_;
   cl::Device device_;
-  // By their compute units; guarded by mutex_. PoCL's queues do not keep the part that they use.
-  std::map<int, cl::Device> parts_;
   cl::Context context_;
   bool shares_host_memory_ = false;
   KernelTuning tuning_;

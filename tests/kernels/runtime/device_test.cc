@@ -185,6 +185,23 @@ TEST(Context, TheLimitOfThreadsHoldsForEachCallOnACpu) {
   SetMaximumThreads(0);
 }
 
+TEST(Context, ThePartOfACpuOutlivesTheContextsThatUseIt) {
+  const auto context = Value(OpenContext());
+  if (context->info().type != DeviceType::kCpu || context->info().compute_units < 2) {
+    GTEST_SKIP() << context->info().name << " is not a CPU with several compute units";
+  }
+  SetMaximumThreads(1);
+  const auto part = [] { return Value(Value(OpenContext())->Borrow("a test"))->device()(); };
+  const cl_device_id first = part();
+  EXPECT_EQ(Value(context->Borrow("a test"))->device()(), first);
+  EXPECT_EQ(part(), first);
+  cl_uint users = 0;
+  EXPECT_EQ(clGetDeviceInfo(first, CL_DEVICE_REFERENCE_COUNT, sizeof users, &users, nullptr),
+            CL_SUCCESS);
+  EXPECT_GE(users, 1);
+  SetMaximumThreads(0);
+}
+
 class DriverCheck : public testing::Test {
  protected:
   void SetUp() override { setenv("OCL_ICD_VENDORS", folder_.c_str(), 1); }
