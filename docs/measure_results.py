@@ -109,6 +109,10 @@ MEASUREMENTS = {
         "rm -rf {out}/captions; bench/drive/draw_captions.py {data}/davis-train {out}/captions && " + SUITE % ("{out}/captions", "davis_captions"),
         suite,
     ),
+    "davis_joined": (
+        "rm -rf {out}/joined; bench/drive/join_clips.py {data}/davis-train {out}/joined && " + SUITE % ("{out}/joined", "davis_joined"),
+        suite,
+    ),
     "davis": (SUITE % ("{data}/davis", "davis"), suite),
     "real": (DRIVING + SUITE % ("{out}/driving", "real"), suite),
     "live": (DRIVING + SUITE % ("{out}/driving", "live") + " --no-masks --segment-flags='--ahead=0 --no_first_pass'", suite),

@@ -63,7 +63,7 @@ absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine
     mask.masked |= FindCastShadows(shown, mask.masked, options.shadow_margin_pixels);
   }
   Dilate(options.dilate_pixels, mask.masked, mask.numbers);
-  const cv::Mat1b own = IgnoredIn(line, options.ignored);
+  const cv::Mat1b own = options.ignored.In(line);
   if (options.own_vehicle) {
     mask.masked.setTo(255, own);
   } else if (options.threshold) {  // refine's own masks exclude it already

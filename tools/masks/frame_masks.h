@@ -21,7 +21,7 @@ struct FrameMaskOptions {
   std::optional<double> threshold;  // none: refine's masks
   bool numbers = false;             // from refine's ids
   bool own_vehicle = false;         // mask it and the run's ignored area
-  cv::Mat1b ignored;                // RunFolder::ReadIgnoredArea
+  IgnoredAreas ignored;
   int dilate_pixels = 0;
   int shadow_margin_pixels = 0;  // 0: no shadows; not with numbers
 

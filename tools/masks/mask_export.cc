@@ -271,7 +271,7 @@ absl::Status MaskExport::Mark(const RunFolder& folder) {
 
 absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
                              const std::function<bool()>& after_frame) {
-  EGOSIEVE_ASSIGN_OR_RETURN(options_.mask.ignored, folder.ReadIgnoredArea());
+  EGOSIEVE_ASSIGN_OR_RETURN(options_.mask.ignored, folder.ReadIgnoredAreas());
   EGOSIEVE_ASSIGN_OR_RETURN(const auto chosen, Chosen(lines));
   EGOSIEVE_RETURN_IF_ERROR(CheckNumbers(folder, chosen));
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options_.out));

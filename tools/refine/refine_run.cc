@@ -97,7 +97,7 @@ absl::StatusOr<std::unique_ptr<RefineRun>> RefineRun::Open(const RunFolder& fold
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   std::unique_ptr<RefineRun> run(new RefineRun(folder, options));
   EGOSIEVE_ASSIGN_OR_RETURN(run->description_, folder.ReadDescription());
-  EGOSIEVE_ASSIGN_OR_RETURN(run->ignored_, folder.ReadIgnoredArea());
+  EGOSIEVE_ASSIGN_OR_RETURN(run->ignored_, folder.ReadIgnoredAreas());
   EGOSIEVE_ASSIGN_OR_RETURN(run->source_, OpenPictures(run->description_, options.input));
   run->lines_ = LinesWithPictures(lines);
   run->has_map_of_its_own_ = OwnMaps(run->lines_);
@@ -159,7 +159,7 @@ absl::StatusOr<vision::WindowFrame> RefineRun::ReadFrame(size_t i) {
   EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
   EGOSIEVE_ASSIGN_OR_RETURN(cv::Mat1f probability,
                             InterpolateMap(GridOf(line, description_), maps.probability));
-  probability.setTo(0.0F, IgnoredIn(line, ignored_));
+  probability.setTo(0.0F, ignored_.In(line));
   return vision::MakeWindowFrame(line.time_seconds, frame.image, probability,
                                  has_map_of_its_own_[i]);
 }
@@ -254,7 +254,7 @@ absl::Status RefineRun::RunChunk(size_t begin, size_t end) {
     results[i].index = line.index;
     results[i].time_seconds = line.time_seconds;
     results[i].probability = refined[i];
-    results[i].mask = vision::MaskOf(refined[i], options_.mask, IgnoredIn(line, ignored_));
+    results[i].mask = vision::MaskOf(refined[i], options_.mask, ignored_.In(line));
   });
   const std::vector<cv::Mat1w> numbers = NumberMovers(begin, end, results);
   results.resize(end - begin);

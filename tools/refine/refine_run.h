@@ -109,7 +109,7 @@ class RefineRun {
   absl::Status WriteChunk(size_t begin, std::vector<FrameResult>& results);
 
   RunFolder folder_;
-  cv::Mat1b ignored_;  // RunFolder::ReadIgnoredArea
+  IgnoredAreas ignored_;
   RefineOptions options_;
   RunDescription description_;
   std::vector<FrameLine> lines_;

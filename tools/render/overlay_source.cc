@@ -18,7 +18,7 @@ absl::StatusOr<OverlaySource> OverlaySource::Open(const RunFolder& folder,
                                                   const std::string& input) {
   OverlaySource source(folder);
   EGOSIEVE_ASSIGN_OR_RETURN(source.description_, folder.ReadDescription());
-  EGOSIEVE_ASSIGN_OR_RETURN(source.ignored_, folder.ReadIgnoredArea());
+  EGOSIEVE_ASSIGN_OR_RETURN(source.ignored_, folder.ReadIgnoredAreas());
   EGOSIEVE_ASSIGN_OR_RETURN(source.frames_, OpenPictures(source.description_, input));
   return source;
 }
@@ -27,7 +27,7 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
                                               const OverlayOptions& options) {
   EGOSIEVE_ASSIGN_OR_RETURN(const vision::Frame frame, ReadPicture(line, *frames_));
   OverlayOptions with_ignored = options;
-  with_ignored.ignored = IgnoredIn(line, ignored_);
+  with_ignored.ignored = ignored_.In(line);
   const std::string caption = absl::StrFormat("frame %d  %.2f s%s", line.index, line.time_seconds,
                                               DoubtOf(line).empty() ? "" : "  unreliable");
   const std::string ids_path = folder_.FrameFile("ids", line.index, ".png");

@@ -32,7 +32,7 @@ class OverlaySource {
 
   RunFolder folder_;
   RunDescription description_;
-  cv::Mat1b ignored_;  // RunFolder::ReadIgnoredArea
+  IgnoredAreas ignored_;
   std::unique_ptr<vision::FrameSource> frames_;
   bool shows_movers_ = true;
 };

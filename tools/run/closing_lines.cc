@@ -21,7 +21,10 @@ absl::StatusOr<std::string> ClosingLines(const RunFolder& folder) {
   }
   const bool has_doubt = std::any_of(lines.begin(), lines.end(),
                                      [](const FrameLine& line) { return !DoubtOf(line).empty(); });
+  EGOSIEVE_ASSIGN_OR_RETURN(const ShotList shots, ReadShots(folder.path()));
+  const std::string cuts = DescribeCuts(shots);
   return absl::StrCat(
+      cuts.empty() ? "" : absl::StrCat("cuts:      ", cuts, "; a camera for each\n"),
       "moved:     ", MoversLine(tracks, lines), "\nsure:      ", CertaintyLine(tracks, lines),
       "\ndoubtful:  ", DoubtLine(lines), "\nfiles:     ", folder.path(), ": ",
       absl::StrJoin(files, ", "),

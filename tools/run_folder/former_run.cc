@@ -21,17 +21,18 @@ namespace {
 namespace fs = std::filesystem;
 using kernels::NameOfTemporary;
 
-constexpr const char* kFolders[] = {"plots", "log", "grid",   "full", "frames",
-                                    "masks", "ids", "render", "model"};
+constexpr const char* kFolders[] = {"plots", "log", "grid",   "full",  "frames",
+                                    "masks", "ids", "render", "model", "shots"};
 
 // Whether the program writes a file of this path in the run folder.
 bool IsOwnPath(const std::string& path) {
   static const auto& own = *new std::regex(
-      "(run|camera|eval|further|reconstruct)\\.json|frames\\.jsonl|(eval|tracks)\\.csv|"
+      "(run|camera|shots|eval|further|reconstruct)\\.json|frames\\.jsonl|(eval|tracks)\\.csv|"
       "(own_vehicle|fixed_pattern|windscreen|ignored|preview)\\.png|trajectory\\.txt|report\\.html|"
       "overlay\\.mp4|view\\.rrd|log/[^/]*\\.jsonl|grid/[0-9]{6,}\\.(prob|std)\\.png|"
       "full/[0-9]{6,}\\.((prob|std|class)\\.png|objects\\.json)|"
       "(frames|masks|ids|render)/[0-9]{6,}\\.png|model/[0-9]{6,}\\.npz|"
+      "shots/[0-9]{6,}\\.(camera\\.json|(own_vehicle|fixed_pattern|windscreen)\\.png)|"
       "plots/(figures\\.json|index\\.html|plot\\.log|(roc|precision_recall|iou_by_threshold|"
       "reliability|sparsification|auc_by_frame)\\.(svg|png))");
   return std::regex_match(path, own);

@@ -65,9 +65,11 @@ std::string AbsolutePath(const std::string& path) {
   return (normal.has_filename() ? normal : normal.parent_path()).string();
 }
 
-cv::Mat1b IgnoredIn(const FrameLine& line, const cv::Mat1b& ignored) {
+cv::Mat1b IgnoredAreas::In(const FrameLine& line) const {
   const cv::Size size(line.width_pixels, line.height_pixels);
-  return ignored.size() == size ? ignored.clone() : cv::Mat1b(size, uint8_t{0});
+  const auto after = areas_.upper_bound(line.index);
+  const bool is_known = after != areas_.begin() && std::prev(after)->second.size() == size;
+  return is_known ? std::prev(after)->second.clone() : cv::Mat1b(size, uint8_t{0});
 }
 
 std::string FinishedUtc(const std::string& out) {
@@ -229,16 +231,26 @@ absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps&
   return deviation.saturated;
 }
 
-absl::StatusOr<cv::Mat1b> RunFolder::ReadIgnoredArea() const {
-  cv::Mat1b area;
-  for (const char* name : {kOwnVehicle, kIgnored}) {
-    const absl::StatusOr<cv::Mat> mask = ReadImage(File(name), cv::IMREAD_GRAYSCALE);
-    if (absl::IsNotFound(mask.status())) continue;
-    EGOSIEVE_RETURN_IF_ERROR(mask.status());
-    const cv::Mat1b here = *mask != 0;
-    area = area.size() == here.size() ? cv::Mat1b(area | here) : here;
+std::string RunFolder::CameraPrefix(const std::string& path, int64_t first_frame) {
+  return first_frame == 0 ? path + "/" : absl::StrFormat("%s/shots/%06d.", path, first_frame);
+}
+
+absl::StatusOr<IgnoredAreas> RunFolder::ReadIgnoredAreas() const {
+  EGOSIEVE_ASSIGN_OR_RETURN(ShotList shots, ReadShots(path_));
+  if (shots.first_frames.empty()) shots.first_frames = {0};
+  IgnoredAreas areas;
+  for (const int64_t shot : shots.first_frames) {
+    cv::Mat1b area;
+    for (const std::string& path : {CameraPrefix(path_, shot) + kOwnVehicle, File(kIgnored)}) {
+      const absl::StatusOr<cv::Mat> mask = ReadImage(path, cv::IMREAD_GRAYSCALE);
+      if (absl::IsNotFound(mask.status())) continue;
+      EGOSIEVE_RETURN_IF_ERROR(mask.status());
+      const cv::Mat1b here = *mask != 0;
+      area = area.size() == here.size() ? cv::Mat1b(area | here) : here;
+    }
+    areas.Add(shot, area);
   }
-  return area;
+  return areas;
 }
 
 absl::StatusOr<FrameMaps> RunFolder::ReadGridMaps(const FrameLine& line,

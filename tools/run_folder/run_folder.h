@@ -9,6 +9,8 @@
 //   reconstruct.json                   its progress
 //   camera.json, own_vehicle.png, fixed_pattern.png, windscreen.png
 //                                  results of the first pass (tools/segment/run_camera.h)
+//   shots.json, shots/NNNNNN.{camera.json,own_vehicle.png,...}
+//                                  the shots, and the same files of each later shot
 //   ignored.png                    the user's own mask of areas that do not show the scene
 //   frames/NNNNNN.png              pictures of a stream (segment --record)
 //   render/NNNNNN.png              overlays
@@ -21,6 +23,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -32,6 +35,7 @@
 #include "tools/run_folder/frame_line.h"
 #include "tools/run_folder/line_log.h"
 #include "tools/run_folder/run_description.h"
+#include "tools/run_folder/shot_list.h"
 
 namespace egosieve::tools {
 
@@ -54,9 +58,17 @@ std::string AbsolutePath(const std::string& path);
 // The grid of a frame's maps: the run's, but with the frame's own size.
 vision::ImageGrid GridOf(const FrameLine& line, const RunDescription& description);
 
-// Pixels of a frame that do not show the scene: 255, else 0; of the frame's size. `ignored` is the
-// run's ReadIgnoredArea(); the frame's own areas are added.
-cv::Mat1b IgnoredIn(const FrameLine& line, const cv::Mat1b& ignored);
+// The areas that do not show the scene.
+class IgnoredAreas {
+ public:
+  // area: of the frames from `first_frame` on; 255 there, else 0; may be empty.
+  void Add(int64_t first_frame, const cv::Mat1b& area) { areas_[first_frame] = area; }
+  // Of the frame's size.
+  cv::Mat1b In(const FrameLine& line) const;
+
+ private:
+  std::map<int64_t, cv::Mat1b> areas_;
+};
 
 class RunFolder {
  public:
@@ -93,8 +105,10 @@ class RunFolder {
   // This process's own log, for maps that are taken over.
   absl::StatusOr<LineLog> OpenMapLog() const;
 
-  // 255 where kOwnVehicle or kIgnored is not 0, else 0; empty if both files are missing.
-  absl::StatusOr<cv::Mat1b> ReadIgnoredArea() const;
+  // What the names of the files of a shot's camera begin with; first_frame: 0 for the first shot.
+  static std::string CameraPrefix(const std::string& path, int64_t first_frame);
+  // kOwnVehicle of each shot, and kIgnored.
+  absl::StatusOr<IgnoredAreas> ReadIgnoredAreas() const;
 
   // Whether the files that belong to a line with a map exist and are not empty.
   bool HoldsMaps(const FrameLine& line) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -24,10 +25,6 @@ constexpr char kTravelShare[] = "travel_share";
 constexpr char kHasFixedPattern[] = "fixed_pattern";
 constexpr char kHasWindscreen[] = "windscreen";
 constexpr char kCamera[] = "camera.json";
-
-std::string FileIn(const std::string& directory, const char* name) {
-  return absl::StrCat(directory, "/", name);
-}
 
 struct CameraImage {
   const char* file;
@@ -89,14 +86,14 @@ absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::S
   return run;
 }
 
-absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& directory) {
-  absl::StatusOr<std::string> text = kernels::ReadFile(FileIn(directory, kCamera));
-  if (absl::IsNotFound(text.status())) return std::optional<RunCamera>();
-  EGOSIEVE_RETURN_IF_ERROR(text.status());
-  absl::StatusOr<RunCamera> camera = Parse(*std::move(text));
+namespace {
+
+// prefix: of the files' names.
+absl::StatusOr<RunCamera> ReadRunCamera(const std::string& prefix) {
+  EGOSIEVE_ASSIGN_OR_RETURN(std::string text, kernels::ReadFile(prefix + kCamera));
+  absl::StatusOr<RunCamera> camera = Parse(std::move(text));
   if (!camera.ok()) {
-    return absl::DataLossError(absl::StrCat(FileIn(directory, kCamera), ": ",
-                                            camera.status().message(),
+    return absl::DataLossError(absl::StrCat(prefix, kCamera, ": ", camera.status().message(),
                                             "; start the run anew with --overwrite"));
   }
   const nlohmann::json parsed = nlohmann::json::parse(camera->text);
@@ -106,17 +103,46 @@ absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& direct
   for (size_t i = 0; i < std::size(kImages); ++i) {
     if (!is_there[i]) continue;
     EGOSIEVE_ASSIGN_OR_RETURN((*camera).*kImages[i].image,
-                              ReadImage(FileIn(directory, kImages[i].file), cv::IMREAD_GRAYSCALE));
+                              ReadImage(prefix + kImages[i].file, cv::IMREAD_GRAYSCALE));
   }
-  return std::make_optional(*std::move(camera));
+  return camera;
 }
 
-absl::Status WriteRunCamera(const std::string& directory, const RunCamera& camera) {
+absl::Status WriteRunCamera(const std::string& prefix, const RunCamera& camera) {
   for (const auto& [file, image] : kImages) {
     if ((camera.*image).empty()) continue;
-    EGOSIEVE_RETURN_IF_ERROR(WritePng(FileIn(directory, file), camera.*image));
+    EGOSIEVE_RETURN_IF_ERROR(WritePng(prefix + file, camera.*image));
   }
-  return kernels::WriteFileAtomically(FileIn(directory, kCamera), camera.text);
+  return kernels::WriteFileAtomically(prefix + kCamera, camera.text);
+}
+
+}  // namespace
+
+absl::StatusOr<RunCameras> ReadRunCameras(const std::string& directory) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const ShotList shots, ReadShots(directory));
+  RunCameras cameras;
+  cameras.end = shots.end;
+  for (const int64_t shot : shots.first_frames) {
+    const std::string prefix = RunFolder::CameraPrefix(directory, shot);
+    if (!std::filesystem::exists(prefix + kCamera))
+      return RunCameras();  // killed while writing them
+    EGOSIEVE_ASSIGN_OR_RETURN(cameras.shots[shot], ReadRunCamera(prefix));
+  }
+  return cameras;
+}
+
+absl::Status WriteRunCameras(const std::string& directory, const RunCameras& cameras) {
+  ShotList shots;
+  shots.end = cameras.end;
+  for (const auto& [shot, camera] : cameras.shots) shots.first_frames.push_back(shot);
+  if (shots.first_frames.size() > 1) {
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(directory + "/shots"));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(WriteShots(directory, shots));
+  for (const auto& [shot, camera] : cameras.shots) {
+    EGOSIEVE_RETURN_IF_ERROR(WriteRunCamera(RunFolder::CameraPrefix(directory, shot), camera));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace egosieve::tools

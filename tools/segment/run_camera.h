@@ -1,6 +1,9 @@
 // The camera of a run: estimated in a first pass over the drive and stored in the run folder, from
 // which a resumed run reads it; or learnt on the way and stored at the run's end.
 //
+// shots.json: ShotList. The files of later shots are shots/NNNNNN.camera.json, ..., by their first
+// frame.
+//
 // camera.json:
 //   focal_pixels, width, height    pixels; with what else lens_file.h tells of a lens with distortion
 //   log_focal_deviation            deviation of the focal length's logarithm
@@ -13,8 +16,9 @@
 // windscreen.png, if present: 255 where objects on the windscreen mix with the scene.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -34,13 +38,19 @@ struct RunCamera {
   std::string text;         // of camera.json
 };
 
+// One for each shot, by its first frame; 0 for the first.
+struct RunCameras {
+  std::map<int64_t, RunCamera> shots;
+  int64_t end = -1;  // shots were looked for before this frame; -1: in all frames
+};
+
 // size: of the frames. Images of another size are left out. lens: if it has distortion; else null.
 absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::Size size,
                                         const LensFile* lens = nullptr);
 
-// The camera of the run in `directory`; absent if it has none. DataLoss for a damaged file.
-absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& directory);
+// The cameras of the run in `directory`; without shots if it has none. DataLoss for a damaged file.
+absl::StatusOr<RunCameras> ReadRunCameras(const std::string& directory);
 
-absl::Status WriteRunCamera(const std::string& directory, const RunCamera& camera);
+absl::Status WriteRunCameras(const std::string& directory, const RunCameras& cameras);
 
 }  // namespace egosieve::tools

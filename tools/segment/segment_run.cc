@@ -251,6 +251,8 @@ absl::StatusOr<ExitCode> EndRun(const SegmentCall& call,
   std::string text =
       absl::StrFormat("%d frames answered, %d learnt from, in %s: %s\n", counts.answered,
                       counts.learnt, DescribeDuration(seconds), call.directory);
+  EGOSIEVE_ASSIGN_OR_RETURN(const ShotList shots, ReadShots(call.directory));
+  if (shots.first_frames.size() > 1) absl::StrAppend(&text, DescribeCuts(shots), "\n");
   if (counts.doubtful.count() > 0) absl::StrAppend(&text, counts.doubtful.Sentence(), "\n");
   Tell(call, counts, seconds, text);
   if (is_cut_short) {
@@ -355,8 +357,9 @@ absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
                             RunFolder::TakeOrMake(call.directory));
   const int64_t from = settings.schedule.first_frame(), step = settings.schedule.frame_step();
   // Before the folder is replaced: interrupting the first pass keeps the former run.
-  EGOSIEVE_RETURN_IF_ERROR(call.camera.Find(input, from, call.resume, call.directory, call.progress,
-                                            settings.segmenter.labeller));
+  const int64_t end = settings.schedule.MakePipeline(threads, from).end_frame;
+  EGOSIEVE_RETURN_IF_ERROR(call.camera.Find(input, from, end, call.resume, call.directory,
+                                            call.progress, settings.segmenter.labeller));
   if (step > 1) {
     input.frames = std::make_unique<vision::SteppedFrames>(std::move(input.frames), from, step);
   }

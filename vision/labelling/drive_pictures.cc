@@ -19,11 +19,10 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int kMostPairs = 24;
-constexpr int64_t kLongestFrames = 3000;  // length of the part of the drive that is read
-constexpr double kPairSeconds = 0.08;     // least time between the two pictures of a pair
-constexpr int kLongestPair = 6;           // frames
-constexpr int kGridStride = 10;           // pixels
-constexpr int64_t kUnknownLength = 600;   // frames, if the source does not know its length
+constexpr double kPairSeconds = 0.08;    // least time between the two pictures of a pair
+constexpr int kLongestPair = 6;          // frames
+constexpr int kGridStride = 10;          // pixels
+constexpr int64_t kUnknownLength = 600;  // frames, if the source does not know its length
 
 // A readable frame.
 struct ReadPicture {
@@ -43,6 +42,8 @@ class PictureReader {
   // drive has ended.
   absl::StatusOr<const ReadPicture*> At(int64_t index) {
     while (!has_ended_ && first_ + static_cast<int64_t>(frames_.size()) <= index) {
+      has_ended_ = options_.end_frame >= 0 && source_.next_index() >= options_.end_frame;
+      if (has_ended_) break;
       EGOSIEVE_ASSIGN_OR_RETURN(FrameRead read, source_.Next());
       has_ended_ = std::holds_alternative<EndOfFrames>(read);
       if (has_ended_) break;
@@ -145,8 +146,10 @@ absl::StatusOr<TrackWindow> ReadWindowAt(PictureReader& reader, int64_t index, c
 
 absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
                                                 const DrivePicturesOptions& options) {
-  const int64_t known = source.expected_frame_count() - options.first_frame;
-  const int64_t length = std::min(known > 0 ? known : kUnknownLength, kLongestFrames);
+  const int64_t known =
+      (options.end_frame >= 0 ? options.end_frame : source.expected_frame_count()) -
+      options.first_frame;
+  const int64_t length = std::min(known > 0 ? known : kUnknownLength, kLongestDriveFrames);
   const int64_t step = std::max<int64_t>(length / kMostPairs, 1);
   const int64_t shared = length < 2 * TravelPrior::kFewestDirections ? 1 : 0;
   PictureReader reader(source, options);

@@ -21,6 +21,9 @@
 
 namespace egosieve::vision {
 
+// Length of the part of a drive that is read.
+inline constexpr int64_t kLongestDriveFrames = 3000;
+
 struct PicturePair {
   std::array<double, 2> times;       // seconds
   std::array<cv::Mat1b, 2> reduced;  // fixed_pattern.h, not equalised
@@ -39,6 +42,7 @@ struct DrivePictures {
 struct DrivePicturesOptions {
   int windows = kMostWindows;  // at most; not negative
   int64_t first_frame = 0;     // of the drive in the input
+  int64_t end_frame = -1;      // index after its last frame; -1: the end of the input
   cv::Mat1b ignored;           // ignored_area.h: never part of the static scene
   // Not null: pictures are corrected, and all places are those of the corrected ones. `ignored` is
   // of the pictures as they are read.

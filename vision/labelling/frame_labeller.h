@@ -55,6 +55,11 @@ struct FrameLabellerOptions {
   // camera's motion, and are not labelled as moving.
   cv::Mat1b fixed_pattern;
 
+  // Shots after the first (shots.h), in order: their options, and the first frame of each. These of the
+  // first shot have all later ones.
+  int64_t first_frame = 0;
+  std::vector<FrameLabellerOptions> later_shots;
+
   // The longer side to which pictures are reduced before all measurements (reduced_labels.h); 0:
   // not reduced. The options in pixels below refer to the reduced pictures.
   int longest_side_pixels = 0;

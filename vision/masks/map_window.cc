@@ -8,7 +8,7 @@
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_growth.h"
-#include "vision/matching/scene_agreement.h"
+#include "vision/matching/one_scene.h"
 
 namespace egosieve::vision {
 namespace {
@@ -17,15 +17,6 @@ namespace {
 constexpr double kReachInMemories = 4.0;
 constexpr int kLeastFlowSide = 16;
 constexpr size_t kCausalFrames = 8;
-
-bool ShowOneScene(const FlowPair& flow, const cv::Mat1b& first, const cv::Mat1b& second) {
-  const TrackedGrid grid = TrackGrid(flow, first, second, true, {});
-  SceneAgreement scene(second.size());
-  for (size_t i = 0; i < grid.textured.size(); ++i) {
-    scene.AddFlow(grid.textured[i], grid.agrees[i] != 0);
-  }
-  return scene.IsOneScene();
-}
 
 // Frames begin to end - 1.
 struct FrameSpan {

@@ -43,7 +43,7 @@ WindowFrame MakeWindowFrame(double time_seconds, const cv::Mat3b& image,
                             const cv::Mat1f& probability, bool has_map);
 
 // Fills `flow` of frames[1], ... where that has not been done. It stays empty at a cut
-// (vision/matching/scene_agreement.h, by flow alone), where sizes differ, and for pictures too
+// (vision/matching/one_scene.h), where sizes differ, and for pictures too
 // small for flow.
 absl::Status LinkFrames(std::vector<WindowFrame>& frames);
 

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "absl/status/statusor.h"
+#include "vision/labelling/shot_labeller.h"
 #include "vision/labelling/track_labeller.h"
 #include "vision/paper/paper_labeller.h"
 
@@ -12,7 +13,9 @@ namespace egosieve::vision {
 // InvalidArgument for invalid options.
 inline absl::StatusOr<std::unique_ptr<FrameLabeller>> MakeFrameLabeller(
     const FrameLabellerOptions& options) {
-  return options.is_paper ? PaperLabeller::Create(options) : TrackLabeller::Create(options);
+  if (options.is_paper) return PaperLabeller::Create(options);
+  return options.later_shots.empty() ? TrackLabeller::Create(options)
+                                     : ShotLabeller::Create(options);
 }
 
 }  // namespace egosieve::vision

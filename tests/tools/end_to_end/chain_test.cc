@@ -73,8 +73,9 @@ TEST(Chain, FromNothingToAReport) {
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(run)) {
     left.insert(fs::relative(entry.path(), run).string());
   }
-  EXPECT_THAT(left, ElementsAre(".write.lock", "camera.json", "frames.jsonl", "grid",
-                                "grid/000000.prob.png", "grid/000000.std.png", "run.json"));
+  EXPECT_THAT(left,
+              ElementsAre(".write.lock", "camera.json", "frames.jsonl", "grid",
+                          "grid/000000.prob.png", "grid/000000.std.png", "run.json", "shots.json"));
 }
 
 TEST(Chain, AnEasyDriveIsSegmentedWell) {

@@ -9,6 +9,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <random>
 #include <set>
 #include <thread>
@@ -31,7 +33,7 @@ using ::testing::HasSubstr;
 
 class Resume : public testing::Test {
  protected:
-  static constexpr int kFrames = 18;
+  static constexpr int kFrames = 18, kCut = 10;
 
   // Compiled kernels lie where no other test writes, and are there before anything is limited.
   static void SetUpTestSuite() {
@@ -43,6 +45,12 @@ class Resume : public testing::Test {
 
   Resume() : root_(FreshFolder()), whole_(root_ + "/whole"), run_(root_ + "/run") {
     WritePatchDrive(root_, SmallPatchDrive(kFrames));
+    for (int frame = kCut; frame < kFrames; ++frame) {  // another shot
+      const std::string path = root_ + absl::StrFormat("/frames/%06d.png", frame);
+      cv::Mat picture = cv::imread(path);
+      cv::flip(picture, picture, 0);
+      cv::imwrite(path, picture);
+    }
     // A frame that cannot be read, just before a checkpoint.
     const std::string torn = root_ + absl::StrFormat("/frames/%06d.png", 7);
     fs::resize_file(torn, fs::file_size(torn) / 2);
@@ -122,6 +130,11 @@ class Resume : public testing::Test {
   std::string root_, whole_, run_;
   std::chrono::duration<double> whole_duration_;
 };
+
+TEST_F(Resume, TheDriveHasTwoShots) {
+  EXPECT_THAT(Value(ReadShots(whole_)).first_frames, testing::ElementsAre(0, kCut));
+  EXPECT_TRUE(fs::exists(whole_ + "/shots/000010.camera.json"));
+}
 
 TEST_F(Resume, AfterKillsAtRandomMomentsTheBytesAreThoseOfAnUninterruptedRun) {
   std::mt19937_64 random(20);

@@ -55,8 +55,10 @@ TEST(ReadFrameMask, HasTheOwnVehicleWhereItIsWanted) {
   mask(2, 3) = 255;
   ASSERT_TRUE(CreateFolder(folder.File("masks")).ok());
   cv::imwrite(folder.FrameFile("masks", 0, ".png"), mask);
-  FrameMaskOptions options{.ignored = cv::Mat1b(20, 30, uint8_t{0})};
-  options.ignored(cv::Rect(0, 15, 30, 5)) = 255;
+  FrameMaskOptions options;
+  cv::Mat1b ignored(20, 30, uint8_t{0});
+  ignored(cv::Rect(0, 15, 30, 5)) = 255;
+  options.ignored.Add(0, ignored);
   absl::StatusOr<FrameMask> read = ReadFrameMask(folder, line, options);
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);
@@ -66,7 +68,7 @@ TEST(ReadFrameMask, HasTheOwnVehicleWhereItIsWanted) {
   mask(cv::Rect(0, 15, 30, 5)) = 255;
   EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);
 
-  options.ignored(0, 29) = 255;
+  ignored(0, 29) = 255;
   mask(0, 29) = 255;
   read = ReadFrameMask(folder, line, options);
   ASSERT_TRUE(read.ok()) << read.status();

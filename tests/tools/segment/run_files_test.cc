@@ -166,27 +166,58 @@ TEST(RunCamera, IsReadAsWritten) {
   camera.windscreen = cv::Mat1b::zeros(48, 64);
   camera.windscreen(cv::Rect(10, 10, 5, 7)) = 255;
   camera.fixed_pattern = cv::Mat1b(48, 64, 77);
-  ASSERT_TRUE(WriteRunCamera(folder, camera).ok());
-  const auto read = ReadRunCamera(folder);
-  ASSERT_TRUE(read.ok() && read->has_value()) << read.status();
-  EXPECT_TRUE(AreEqual((*read)->own_vehicle, camera.own_vehicle));
-  EXPECT_TRUE(AreEqual((*read)->windscreen, camera.windscreen));
-  EXPECT_TRUE(AreEqual((*read)->fixed_pattern, camera.fixed_pattern));
-  EXPECT_DOUBLE_EQ((*read)->lens.focal_ratio(), 50.0 / 64.0);
+  RunCameras cameras;
+  cameras.end = 300;
+  cameras.shots[0].text = R"({"focal_pixels": 80.0, "width": 64, "height": 48})";
+  cameras.shots[120] = camera;
+  ASSERT_TRUE(WriteRunCameras(folder, cameras).ok());
+  const RunCameras read = Value(ReadRunCameras(folder));
+  EXPECT_EQ(read.end, 300);
+  ASSERT_THAT(read.shots, testing::SizeIs(2));
+  EXPECT_TRUE(read.shots.at(0).own_vehicle.empty());
+  EXPECT_DOUBLE_EQ(read.shots.at(0).lens.focal_ratio(), 80.0 / 64.0);
+  const RunCamera& later = read.shots.at(120);
+  EXPECT_TRUE(AreEqual(later.own_vehicle, camera.own_vehicle));
+  EXPECT_TRUE(AreEqual(later.windscreen, camera.windscreen));
+  EXPECT_TRUE(AreEqual(later.fixed_pattern, camera.fixed_pattern));
+  EXPECT_DOUBLE_EQ(later.lens.focal_ratio(), 50.0 / 64.0);
+}
+
+// Each frame has the own vehicle of its shot.
+TEST(RunCamera, TheIgnoredAreaIsThatOfTheShot) {
+  const std::string path = FreshFolder();
+  const RunFolder folder = Value(RunFolder::Create(path, false));
+  const std::string text =
+      R"({"focal_pixels": 50.0, "width": 4, "height": 2, "own_vehicle_share": 0.5})";
+  RunCameras cameras;
+  cameras.shots[0].text = cameras.shots[10].text = cameras.shots[20].text = text;
+  cameras.shots[0].own_vehicle = cv::Mat1b::zeros(2, 4);
+  cameras.shots[0].own_vehicle.row(1) = 255;
+  cameras.shots[20].own_vehicle = cv::Mat1b::zeros(2, 4);
+  cameras.shots[20].own_vehicle.row(0) = 255;
+  ASSERT_TRUE(WriteRunCameras(path, cameras).ok());
+  const IgnoredAreas areas = Value(folder.ReadIgnoredAreas());
+  const auto at = [&](int64_t index) {
+    return areas.In({.index = index, .width_pixels = 4, .height_pixels = 2});
+  };
+  EXPECT_TRUE(AreEqual(at(9), cameras.shots[0].own_vehicle));
+  EXPECT_EQ(cv::countNonZero(at(10)), 0);
+  EXPECT_EQ(cv::countNonZero(at(19)), 0);
+  EXPECT_TRUE(AreEqual(at(20), cameras.shots[20].own_vehicle));
+  EXPECT_TRUE(AreEqual(at(500), cameras.shots[20].own_vehicle));
 }
 
 TEST(RunCamera, ALackingWindscreenIsAnError) {
   const std::string folder = FreshFolder();
-  ASSERT_TRUE(kernels::WriteFileAtomically(
-                  folder + "/camera.json",
-                  R"({"focal_pixels": 50.0, "width": 64, "height": 48, "windscreen": true})")
-                  .ok());
-  EXPECT_FALSE(ReadRunCamera(folder).ok());
+  RunCameras cameras;
+  cameras.shots[0].text =
+      R"({"focal_pixels": 50.0, "width": 64, "height": 48, "windscreen": true})";
+  ASSERT_TRUE(WriteRunCameras(folder, cameras).ok());
+  EXPECT_FALSE(ReadRunCameras(folder).ok());
 }
 
 TEST(RunCamera, AFolderWithoutOneHasNone) {
-  const auto read = Value(ReadRunCamera(FreshFolder()));
-  EXPECT_FALSE(read.has_value());
+  EXPECT_TRUE(Value(ReadRunCameras(FreshFolder())).shots.empty());
 }
 
 // `learnt` frames, and then others that are answered for the reason, with doubt or without.
