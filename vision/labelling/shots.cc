@@ -41,7 +41,7 @@ bool IsBlank(const ShotPicture& picture) {
 }
 
 absl::StatusOr<bool> AreOneScene(const ShotPicture& a, const ShotPicture& b) {
-  if (a.grey.size() != b.grey.size()) return false;
+  if (a.grey.size() != b.grey.size()) return true;
   cv::Mat1f correlation;
   cv::matchTemplate(a.thumbnail, b.thumbnail, correlation, cv::TM_CCOEFF_NORMED);
   if (correlation(0, 0) >= kSameCorrelation) return true;

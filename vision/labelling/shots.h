@@ -3,7 +3,8 @@
 // A cut lies between two pictures that show different scenes (one_scene.h), if the scene is the same
 // in the pictures before it, and in kStays pictures after it, none of which is again of the scene
 // before. So a picture with a flash, a damaged one, or a quick pan is no cut. Blank pictures, as
-// where one scene fades out and another in, are left out. Pictures are reduced to 320 pixels.
+// where one scene fades out and another in, are left out. A picture of another size begins no shot.
+// Pictures are reduced to 320 pixels.
 #pragma once
 
 #include <cstdint>

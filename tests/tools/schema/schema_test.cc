@@ -84,6 +84,7 @@ TEST_F(Schema, OfTheFilesOfARun) {
   EXPECT_EQ(Check("run", root_ + "/run/run.json"), "ok 1\n");
   EXPECT_EQ(Check("frame_line", root_ + "/run/frames.jsonl"), "ok 6\n");
   EXPECT_EQ(Check("camera", root_ + "/run/camera.json"), "ok 1\n");
+  EXPECT_EQ(Check("shots", root_ + "/run/shots.json"), "ok 1\n");
   EXPECT_EQ(Check("objects", root_ + "/run/full/000004.objects.json"), "ok 1\n");
   ASSERT_TRUE(WriteFileAtomically(root_ + "/frames/000006.png", "no picture").ok());
   const ProgramOutcome damaged = RunProgram({"segment", root_ + "/frames", "--out=" + root_ + "/b",

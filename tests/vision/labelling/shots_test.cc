@@ -66,6 +66,15 @@ TEST(FindShots, AFlashADamagedPictureOrAQuickTurnIsNone) {
               ElementsAre(0));
 }
 
+TEST(FindShots, PicturesOfAnotherSizeAreNoShot) {
+  EXPECT_THAT(ShotsOf(30,
+                      [](int64_t index) {
+                        const cv::Mat view = View(1, 2 * static_cast<int>(index));
+                        return index < 15 ? view : cv::Mat(view(cv::Rect(0, 0, 200, 120)));
+                      }),
+              ElementsAre(0));
+}
+
 TEST(FindShots, BlackAtTheBeginningIsNoShot) {
   EXPECT_THAT(
       ShotsOf(30,
