@@ -80,6 +80,7 @@ absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::S
       {kHasFixedPattern, !camera.fixed_pattern.empty()},
       {kHasWindscreen, has_windscreen}});
   EGOSIEVE_ASSIGN_OR_RETURN(RunCamera run, Parse(json.dump(2) + "\n"));
+  run.pair_count = camera.pair_count;
   if (fits) run.own_vehicle = camera.own_vehicle;
   run.fixed_pattern = camera.fixed_pattern;
   if (has_windscreen) run.windscreen = camera.windscreen;

@@ -32,6 +32,7 @@ namespace egosieve::tools {
 struct RunCamera {
   LensFile lens;
   vision::TravelPrior travel;
+  int pair_count = 0;       // of pictures, from which it is
   cv::Mat1b own_vehicle;    // 255 on the own vehicle; empty: none
   cv::Mat1b windscreen;     // likewise
   cv::Mat1b fixed_pattern;  // vision/own_vehicle/fixed_pattern.h; empty: not known

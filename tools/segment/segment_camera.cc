@@ -148,18 +148,27 @@ absl::Status SegmentCamera::Learn(const DriveInput& input, int64_t from, int64_t
   InterruptibleSource source(*input.frames, progress);
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> shots, vision::FindShots(source, from, end));
   cameras_.end = end;
+  vision::DriveCameraOptions options;
+  options.pictures.equalization = labeller.equalization;
+  options.pictures.ignored = ignored_;
+  options.pictures.lens = labeller.lens;
+  options.focal_ratio = labeller.focal_ratio;
+  options.finds_own_vehicle = settings_.finds_own_vehicle;
+  std::optional<RunCamera> whole;
   for (size_t k = 0; k < shots.size(); ++k) {
     const int64_t name = k == 0 ? 0 : shots[k];
     if (cameras_.shots.contains(name)) continue;
-    vision::DriveCameraOptions options;
     options.pictures.first_frame = shots[k];
     options.pictures.end_frame = k + 1 < shots.size() ? shots[k + 1] : -1;
-    options.pictures.equalization = labeller.equalization;
-    options.pictures.ignored = ignored_;
-    options.pictures.lens = labeller.lens;
-    options.focal_ratio = labeller.focal_ratio;
-    options.finds_own_vehicle = settings_.finds_own_vehicle;
-    EGOSIEVE_ASSIGN_OR_RETURN(cameras_.shots[name], LearnShot(source, options, frames));
+    RunCamera& camera = cameras_.shots[name];
+    EGOSIEVE_ASSIGN_OR_RETURN(camera, LearnShot(source, options, frames));
+    if (shots.size() == 1 || camera.pair_count >= vision::TravelPrior::kFewestDirections) continue;
+    if (!whole) {
+      options.pictures.first_frame = from;
+      options.pictures.end_frame = -1;
+      EGOSIEVE_ASSIGN_OR_RETURN(whole, LearnShot(source, options, frames));
+    }
+    if (whole->travel.IsOfVehicle()) camera = *whole;
   }
   return absl::OkStatus();
 }

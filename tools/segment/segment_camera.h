@@ -54,7 +54,8 @@ class SegmentCamera {
   };
   // InvalidArgument if the lens cannot be corrected.
   static absl::StatusOr<UsedLens> UseLens(const LensFile& file, cv::Size frames);
-  // The first pass: adds the cameras of the shots that are not known.
+  // The first pass: adds the cameras of the shots that are not known. A shot too short to tell a
+  // direction of travel has the camera of the whole input, if that is a vehicle's.
   absl::Status Learn(const DriveInput& input, int64_t from, int64_t end, const ProgressFlag& shown,
                      const vision::FrameLabellerOptions& labeller);
   absl::StatusOr<RunCamera> LearnShot(vision::FrameSource& source,
