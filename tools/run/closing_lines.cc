@@ -24,7 +24,7 @@ absl::StatusOr<std::string> ClosingLines(const RunFolder& folder) {
   EGOSIEVE_ASSIGN_OR_RETURN(const ShotList shots, ReadShots(folder.path()));
   const std::string cuts = DescribeCuts(shots);
   return absl::StrCat(
-      cuts.empty() ? "" : absl::StrCat("cuts:      ", cuts, "; a camera for each\n"),
+      cuts.empty() ? "" : absl::StrCat("cuts:      ", cuts, "\n"),
       "moved:     ", MoversLine(tracks, lines), "\nsure:      ", CertaintyLine(tracks, lines),
       "\ndoubtful:  ", DoubtLine(lines), "\nfiles:     ", folder.path(), ": ",
       absl::StrJoin(files, ", "),

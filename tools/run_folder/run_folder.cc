@@ -20,6 +20,7 @@
 #include "tools/cli/warning.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
+#include "vision/frame/ignored_area.h"
 
 namespace egosieve::tools {
 namespace {
@@ -30,6 +31,14 @@ constexpr char kLog[] = "frames.jsonl";
 constexpr char kMapLogs[] = "log";
 constexpr char kMapLogSuffix[] = ".jsonl";
 constexpr size_t kNamed = 5;
+
+// 255 where the image is not 0; empty if there is none.
+absl::StatusOr<cv::Mat1b> ReadArea(const std::string& path) {
+  const absl::StatusOr<cv::Mat> image = ReadImage(path, cv::IMREAD_GRAYSCALE);
+  if (absl::IsNotFound(image.status())) return cv::Mat1b();
+  EGOSIEVE_RETURN_IF_ERROR(image.status());
+  return cv::Mat1b(*image != 0);
+}
 
 void TellWhatIsLeft(const std::string& path, std::vector<std::string> left) {
   if (left.empty()) return;
@@ -238,17 +247,13 @@ std::string RunFolder::CameraPrefix(const std::string& path, int64_t first_frame
 absl::StatusOr<IgnoredAreas> RunFolder::ReadIgnoredAreas() const {
   EGOSIEVE_ASSIGN_OR_RETURN(ShotList shots, ReadShots(path_));
   if (shots.first_frames.empty()) shots.first_frames = {0};
+  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1b ignored, ReadArea(File(kIgnored)));
   IgnoredAreas areas;
   for (const int64_t shot : shots.first_frames) {
-    cv::Mat1b area;
-    for (const std::string& path : {CameraPrefix(path_, shot) + kOwnVehicle, File(kIgnored)}) {
-      const absl::StatusOr<cv::Mat> mask = ReadImage(path, cv::IMREAD_GRAYSCALE);
-      if (absl::IsNotFound(mask.status())) continue;
-      EGOSIEVE_RETURN_IF_ERROR(mask.status());
-      const cv::Mat1b here = *mask != 0;
-      area = area.size() == here.size() ? cv::Mat1b(area | here) : here;
-    }
-    areas.Add(shot, area);
+    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1b own,
+                              ReadArea(CameraPrefix(path_, shot) + kOwnVehicle));
+    const bool differ = !ignored.empty() && !own.empty() && own.size() != ignored.size();
+    areas.Add(shot, differ ? ignored : vision::United(ignored, own));
   }
   return areas;
 }

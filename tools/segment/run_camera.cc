@@ -22,6 +22,7 @@ constexpr char kOwnVehicleShare[] = "own_vehicle_share";
 constexpr char kTravelDirection[] = "travel_direction";
 constexpr char kTravelConcentration[] = "travel_concentration";
 constexpr char kTravelShare[] = "travel_share";
+constexpr char kPairs[] = "pairs";
 constexpr char kHasFixedPattern[] = "fixed_pattern";
 constexpr char kHasWindscreen[] = "windscreen";
 constexpr char kCamera[] = "camera.json";
@@ -54,7 +55,9 @@ vision::TravelPrior ParseTravel(const nlohmann::json& camera) {
 absl::StatusOr<RunCamera> Parse(std::string text) {
   RunCamera run;
   EGOSIEVE_ASSIGN_OR_RETURN(run.lens, LensOfJson(text));
-  run.travel = ParseTravel(nlohmann::json::parse(text));
+  const nlohmann::json json = nlohmann::json::parse(text);
+  run.travel = ParseTravel(json);
+  run.pair_count = json.value(kPairs, 0);
   run.text = std::move(text);
   return run;
 }
@@ -70,7 +73,7 @@ absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::S
   nlohmann::ordered_json json = JsonOfLens(lens != nullptr ? *lens : LensFile{estimate, size});
   json.update(nlohmann::ordered_json{
       {"log_focal_deviation", camera.log_focal_deviation},
-      {"pairs", camera.pair_count},
+      {kPairs, camera.pair_count},
       {kOwnVehicleShare,
        fits ? static_cast<double>(cv::countNonZero(camera.own_vehicle)) / size.area() : 0.0},
       {kTravelDirection,
@@ -80,7 +83,6 @@ absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::S
       {kHasFixedPattern, !camera.fixed_pattern.empty()},
       {kHasWindscreen, has_windscreen}});
   EGOSIEVE_ASSIGN_OR_RETURN(RunCamera run, Parse(json.dump(2) + "\n"));
-  run.pair_count = camera.pair_count;
   if (fits) run.own_vehicle = camera.own_vehicle;
   run.fixed_pattern = camera.fixed_pattern;
   if (has_windscreen) run.windscreen = camera.windscreen;

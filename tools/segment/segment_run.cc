@@ -252,7 +252,8 @@ absl::StatusOr<ExitCode> EndRun(const SegmentCall& call,
       absl::StrFormat("%d frames answered, %d learnt from, in %s: %s\n", counts.answered,
                       counts.learnt, DescribeDuration(seconds), call.directory);
   EGOSIEVE_ASSIGN_OR_RETURN(const ShotList shots, ReadShots(call.directory));
-  if (shots.first_frames.size() > 1) absl::StrAppend(&text, DescribeCuts(shots), "\n");
+  const std::string cuts = DescribeCuts(shots);
+  if (!cuts.empty()) absl::StrAppend(&text, cuts, "\n");
   if (counts.doubtful.count() > 0) absl::StrAppend(&text, counts.doubtful.Sentence(), "\n");
   Tell(call, counts, seconds, text);
   if (is_cut_short) {

@@ -55,8 +55,8 @@ struct FrameLabellerOptions {
   // camera's motion, and are not labelled as moving.
   cv::Mat1b fixed_pattern;
 
-  // Shots after the first (shots.h), in order: their options, and the first frame of each. These of the
-  // first shot have all later ones.
+  // The first frame of these options' shot, and the options of all later shots (shots.h), in order,
+  // if this is the first.
   int64_t first_frame = 0;
   std::vector<FrameLabellerOptions> later_shots;
 
